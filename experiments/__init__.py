@@ -1,0 +1,1 @@
+"""Studies of the papers and beyond: `python -m experiments list | run STUDY`."""

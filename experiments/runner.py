@@ -1,0 +1,220 @@
+"""Running a study: seeds, processes, progress, resuming, saving.
+
+Replicate number k draws from the k-th child of the seed, so its numbers are the same in
+any order and on any number of workers. Each finished replicate is a file of its own until
+all are there; a run that was stopped, even by `kill -9`, goes on with the missing ones.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+import xarray as xr
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from threadpoolctl import threadpool_limits
+
+from experiments.results import (
+    file_hash,
+    prepare_folder,
+    provenance,
+    read_manifest,
+    write_dataset,
+    write_json,
+)
+from experiments.study import Study, StudyError, load_study
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one replicate."""
+
+    index: int
+    error: str | None
+
+
+def run_study(
+    study: Study, label: str, config: Any, root: Path, jobs: int, console: Console
+) -> Path:
+    """Run the missing replicates of one configuration and save the whole.
+
+    Parameters
+    ----------
+    study : Study
+    label : str
+        Name of the results folder.
+    config : Config
+        Resolved configuration.
+    root : Path
+        Results folder.
+    jobs : int
+        Worker processes; 0 takes every core.
+    console : rich.console.Console
+        Where progress is shown.
+
+    Returns
+    -------
+    Path
+        The finished folder.
+
+    Raises
+    ------
+    StudyError
+        Unwritable folder, a folder made with another configuration, or failed replicates
+        (each recorded with its error, the others kept).
+    """
+    folder = root / study.name / label
+    prepare_folder(folder)
+    resolved = json.loads(json.dumps(config.resolved()))
+    manifest = read_manifest(folder)
+    if manifest is not None and manifest["config"] != resolved:
+        raise StudyError(
+            f"{folder} was made with other settings than these. Delete it, or give another "
+            "folder with --results."
+        )
+    if manifest is not None and manifest.get("status") == "complete" and _intact(folder, manifest):
+        console.print(f"{study.name} {label}: already there")
+        return folder
+    started = time.time()
+    spent = 0.0 if manifest is None else float(manifest.get("wall_time_s", 0.0))
+    manifest = {
+        "study": study.name,
+        "label": label,
+        "config": resolved,
+        "status": "running",
+        "wall_time_s": spent,
+        **provenance(),
+    }
+    write_json(folder / "manifest.json", manifest)
+    for stale in folder.glob("parts/.*.tmp"):
+        stale.unlink()  # half-written when an earlier run was killed
+    todo = [k for k in range(config.replicates) if not _part_is_whole(_part(folder, k))]
+    try:
+        failed = _run_missing(study.name, config, folder, todo, jobs, console, label)
+    finally:
+        manifest["wall_time_s"] = spent + time.time() - started
+        write_json(folder / "manifest.json", manifest)
+    if failed:
+        manifest.update(status="failed", failed={str(f.index): f.error for f in failed})
+        write_json(folder / "manifest.json", manifest)
+        last = (failed[0].error or "").strip().splitlines()[-1]
+        raise StudyError(
+            f"{len(failed)} of {config.replicates} replicates of {study.name} {label} failed, "
+            f"first number {failed[0].index}: {last}. Their errors are in "
+            f"{folder / 'manifest.json'}; the others are kept and a rerun tries only these."
+        )
+    _finish(folder, config, manifest)
+    return folder
+
+
+def draw_replicate(study_name: str, config: Any, index: int) -> xr.Dataset:
+    """Compute one replicate from its own seed, on one thread."""
+    seed = np.random.SeedSequence(config.seed, spawn_key=(index,))
+    with threadpool_limits(limits=1):
+        return load_study(study_name).replicate(config, np.random.default_rng(seed))
+
+
+def _one(study_name: str, config: Any, folder: Path, index: int) -> Outcome:
+    try:
+        data = draw_replicate(study_name, config, index)
+        write_dataset(_part(folder, index), data)
+    except Exception:
+        return Outcome(index, traceback.format_exc())
+    return Outcome(index, None)
+
+
+def _run_missing(
+    name: str, config: Any, folder: Path, todo: list[int], jobs: int, console: Console, label: str
+) -> list[Outcome]:
+    workers = min(jobs if jobs > 0 else joblib.cpu_count(), max(1, len(todo)))
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with (
+        joblib.parallel_config(backend="loky", inner_max_num_threads=1),
+        Progress(*columns, console=console) as progress,
+    ):
+        task = progress.add_task(
+            f"{name} {label}", total=config.replicates, completed=config.replicates - len(todo)
+        )
+        pool = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", pre_dispatch="all")
+        failed = []
+        for outcome in pool(joblib.delayed(_one)(name, config, folder, k) for k in todo):
+            progress.advance(task)
+            if outcome.error is not None:
+                failed.append(outcome)
+    return sorted(failed, key=lambda outcome: outcome.index)
+
+
+def _finish(folder: Path, config: Any, manifest: dict[str, Any]) -> None:
+    """Join the parts in order of replicate, save, check by reading back, drop the parts."""
+    parts = [xr.load_dataset(_part(folder, k), engine="h5netcdf") for k in range(config.replicates)]
+    whole = xr.concat(parts, dim="replicate")
+    timings = [str(name) for name in whole.data_vars if str(name).startswith("seconds")]
+    # timings depend on the machine: kept apart, so that results are the same bit for bit
+    pieces = {"results.nc": whole.drop_vars(timings)}
+    if timings:
+        pieces["timing.nc"] = whole[timings]
+    hashes = {}
+    for name, piece in pieces.items():
+        piece = piece.assign_attrs(config=json.dumps(manifest["config"], sort_keys=True))
+        write_dataset(folder / name, piece)
+        xr.load_dataset(folder / name, engine="h5netcdf")
+        hashes[name] = file_hash(folder / name)
+    manifest.update(
+        status="complete",
+        sha256=hashes,
+        replicates=config.replicates,
+        seed=config.seed,
+        finished=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        checks=["every replicate present", "files read back", "sha256 recorded"],
+    )
+    write_json(folder / "manifest.json", manifest)
+    shutil.rmtree(folder / "parts")
+
+
+def _part(folder: Path, index: int) -> Path:
+    return folder / "parts" / f"{index:06d}.nc"
+
+
+def _part_is_whole(path: Path) -> bool:
+    """Whether a replicate's file is there and readable; a damaged one is computed again."""
+    if not path.exists():
+        return False
+    try:
+        xr.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError):
+        path.unlink()
+        return False
+    return True
+
+
+def _intact(folder: Path, manifest: dict[str, Any]) -> bool:
+    for name, known in manifest["sha256"].items():
+        path = folder / name
+        if not path.exists() or file_hash(path) != known:
+            raise StudyError(
+                f"{path} is damaged or missing: its contents are not those that were saved. "
+                f"Delete {folder} and run again."
+            )
+    return True

@@ -1,0 +1,1 @@
+"""One study a module: `Config`, `PROFILES`, `GRID` and `replicate(config, rng)`."""

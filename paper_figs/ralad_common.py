@@ -1,0 +1,121 @@
+"""What the figures of the RALAD paper share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+
+from experiments.results import load_result
+from paper_figs.style import COLOURS, TRUTH, WIDTH, footnote, save
+from probreg.diagnostics import bias
+
+SOURCE = "Guo et al., Control and Decision (2017)"
+# each bias in the unit that the paper prints
+SHOWN = {"range": ("range", 1.0, "m"), "azimuth": ("azimuth", 1e3, "mrad"),
+         "elevation": ("elevation", 1e3, "mrad")}  # fmt: skip
+PARAMETERS = [f"{sensor}.{name}" for sensor in "ij" for name in SHOWN]
+
+
+def load_case(
+    study: str, case: int, profile: str, results: Path
+) -> tuple[xr.Dataset, dict[str, Any]]:
+    """Results of one case and their manifest."""
+    return load_result(study, f"{profile},case={case}", results)
+
+
+def unit_factor(parameter: str) -> float:
+    """From SI to the unit shown."""
+    return SHOWN[parameter.split(".")[1]][1]
+
+
+def mean_and_error(
+    data: xr.Dataset, method: str, reading: str, parameter: str
+) -> tuple[float, float]:
+    """Mean estimate over runs and its standard error, in the unit shown."""
+    theta = data["theta"].sel(estimator=method, reading=reading, parameter=parameter)
+    measured = bias(theta.values, 0.0)
+    factor = unit_factor(parameter)
+    return factor * float(measured.value), factor * float(measured.standard_error)
+
+
+def draw_estimates(
+    name: str, case: int, quantity: str, profile: str, results: Path, out: Path
+) -> list[Path]:
+    """Figures 1-6: mean estimate of one bias of both sensors against the scan."""
+    data, manifest = load_case("ralad", case, profile, results)
+    label, factor, unit = SHOWN[quantity]
+    scans = 1 + np.arange(data.sizes["scan"])
+    figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 2.9))
+    for axes, sensor in zip(panels, "ij", strict=True):
+        parameter = f"{sensor}.{quantity}"
+        truth = factor * float(data["truth"].sel(parameter=parameter))
+        ends = [truth]
+        for method in ("RLS", "Huber", "RALAD"):
+            runs = factor * data["path"].sel(recursion=method, reading="true", parameter=parameter)
+            measured = bias(runs.transpose("replicate", "scan").values, 0.0)
+            colour = COLOURS[method]
+            axes.plot(scans, measured.value, color=colour, label=method)
+            band = 1.96 * measured.standard_error
+            axes.fill_between(scans, measured.value - band, measured.value + band,
+                              color=colour, alpha=0.2, linewidth=0)  # fmt: skip
+            ends.append(float(measured.value[-1]))
+            ends += list(np.quantile(measured.value[len(scans) // 20 :], [0.02, 0.98]))
+        median, error = mean_and_error(data, "LMedS", "true", parameter)
+        axes.errorbar(scans[-1] * 1.02, median, 1.96 * error, fmt="D", markersize=4, capsize=2,
+                      color=COLOURS["LMedS"], label="LMedS (batch)", clip_on=False)  # fmt: skip
+        axes.axhline(truth, label="truth", **TRUTH)
+        margin = 0.12 * (max(ends) - min(ends))
+        axes.set_ylim(min(ends) - margin, max(ends) + margin)
+        axes.set_xlim(0, scans[-1] * 1.03)
+        axes.set_title(f"sensor {sensor}")
+        axes.set_xlabel("scan (0.1 s)")
+        axes.set_ylabel(f"{label} bias ({unit})")
+    panels[0].legend(ncols=2)
+    footnote(
+        figure, _source(manifest, "mean estimate, band: 95 % of the mean; B, R at true position")
+    )
+    return save(figure, name, out)
+
+
+def draw_conditions(name: str, case: int, profile: str, results: Path, out: Path) -> list[Path]:
+    """Figures 7-8: ratio of condition numbers along the first track, and what it amounts to."""
+    data, manifest = load_case("ralad", case, profile, results)
+    ratio = data["log_condition_ratio"].transpose("replicate", "scan").values
+    scans = 1 + np.arange(ratio.shape[1])
+    figure, (left, right) = plt.subplots(1, 2, figsize=(WIDTH, 2.9), width_ratios=[1.6, 1])
+    left.vlines(scans, 0.0, ratio[0], color=COLOURS["Huber"], linewidth=0.6)
+    left.axhline(0.0, **TRUTH)
+    left.set_xlabel("scan (0.1 s)")
+    left.set_ylabel(r"$\log_{10}$ cond(Huber) / cond(RALAD)")
+    left.set_title("first track, one run")
+    edges = np.linspace(-1.0, 3.0, 81)
+    for key, text, colour in (
+        ("log_condition_ratio", r"over $BPB' + R$ (as printed)", COLOURS["Huber"]),
+        ("log_condition_ratio_own_noise", r"over $BPB' + \lambda R$ (as used)", COLOURS["RALAD"]),
+    ):
+        values = data[key].values.ravel()
+        above, below = (values > 0.01).mean(), (values < -0.01).mean()
+        right.hist(np.clip(values, edges[0], edges[-1]), edges, histtype="step", color=colour,
+                   weights=np.full(values.size, 1.0 / values.size),
+                   label=f"{text}\n> 0.01: {above:.0%}, < -0.01: {below:.0%}")  # fmt: skip
+    right.set_yscale("log")
+    right.set_xlabel(r"$\log_{10}$ ratio")
+    right.set_ylabel("share of updates, all runs")
+    right.legend(fontsize=6.5, loc="upper right")
+    shift = data["theta_single_shift"].sel(recursion=["Huber", "RALAD"])
+    ranges = abs(shift.sel(parameter=["i.range", "j.range"])).max(("replicate", "parameter"))
+    text = (
+        f"single precision moves the final range estimates by at most {float(ranges[0]):.2g} m (Huber), "
+        f"{float(ranges[1]):.2g} m (RALAD)"
+    )
+    footnote(figure, _source(manifest, text))
+    return save(figure, name, out)
+
+
+def _source(manifest: dict[str, Any], text: str) -> str:
+    case, runs = manifest["config"]["case"], manifest["replicates"]
+    return f"{SOURCE}, case {case}; {runs} runs; {text}"

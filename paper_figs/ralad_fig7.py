@@ -1,0 +1,12 @@
+"""RALAD paper, Figure 7: condition numbers of Huber against RALAD, case 1."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from paper_figs.ralad_common import draw_conditions
+
+
+def draw(profile: str, results: Path, out: Path) -> list[Path]:
+    """Draw the figure."""
+    return draw_conditions("ralad_fig7", 1, profile, results, out)

@@ -1,0 +1,31 @@
+"""probreg: sensor registration as probabilistic inference.
+
+A problem and a noise law make a posterior; estimators and samplers are ways to read it.
+Report = truth + bias + noise, in metres and radians.
+"""
+
+from probreg.contrast import ReportProblem
+from probreg.errors import ImproperLawError, InvalidInputError, ProbregError, UnobservableError
+from probreg.posterior import Posterior
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.reports import AssociatedReports
+from probreg.sensors import PositionSensor, Radar2D, Radar3D
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AssociatedReports",
+    "GaussianPrior",
+    "ImproperLawError",
+    "InvalidInputError",
+    "PositionSensor",
+    "Posterior",
+    "ProbregError",
+    "Radar2D",
+    "Radar3D",
+    "RegistrationProblem",
+    "ReportProblem",
+    "UnobservableError",
+    "__version__",
+]

@@ -1,0 +1,200 @@
+"""Registration from reports: contrasts between sensors, re-linearised at the bias."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from probreg._linalg import precision_weighted_mean
+from probreg.errors import InvalidInputError
+from probreg.observability import Observability
+from probreg.problem import RegistrationProblem
+from probreg.reports import AssociatedReports
+from probreg.sensors import Sensor
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import finite_array
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Position differences between consecutive sensors, with their B and R, of one group."""
+
+    y: FloatArray
+    B: FloatArray
+    R: FloatArray
+
+
+class ReportProblem:
+    """The nonlinear registration problem of associated reports.
+
+    The residual at theta is the contrast of the reports corrected by theta and converted
+    with the unbiased factors. B and R are evaluated at the fused position of the row (the
+    precision-weighted mean of the corrected reports), so that they hardly depend on the
+    noise of the row; evaluated at a raw report they would bias the estimate.
+
+    Parameters
+    ----------
+    *reports : AssociatedReports
+        One group for every combination of sensors that saw targets in common. A sensor
+        that appears in several groups is one sensor (same name, same description).
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        "sensor.bias" and "m" or "rad", in order of first appearance of the sensors.
+    sensors : tuple of Sensor
+    time : ndarray, shape (n,), or None
+    size : ndarray of int, shape (n,)
+        Number of real components of each row.
+
+    Raises
+    ------
+    InvalidInputError
+        No group, no row, one name for different sensors, time in some groups only.
+    """
+
+    linear = False
+
+    def __init__(self, *reports: AssociatedReports) -> None:
+        if not reports or sum(len(group) for group in reports) == 0:
+            raise InvalidInputError("no associated report: no target was seen in common.")
+        by_name: dict[str, Sensor] = {}
+        for sensor in (sensor for group in reports for sensor in group.sensors):
+            if by_name.setdefault(sensor.name, sensor) != sensor:
+                raise InvalidInputError(f"two different sensors are called {sensor.name!r}.")
+        self.reports = reports
+        self.sensors = tuple(by_name.values())
+        self.names = tuple(f"{s.name}.{bias}" for s in self.sensors for bias in s.bias_names)
+        self.units = tuple(unit for s in self.sensors for unit in s.bias_units)
+        ends = np.cumsum([len(s.bias_names) for s in self.sensors])
+        self._columns = {
+            s.name: slice(end - len(s.bias_names), end)
+            for s, end in zip(self.sensors, ends, strict=True)
+        }
+        timed = [group.time is not None for group in reports]
+        if any(timed) and not all(timed):
+            raise InvalidInputError("some groups of reports have times and some have none.")
+        times = [group.time for group in reports if group.time is not None]
+        self.time: FloatArray | None = np.concatenate(times) if times else None
+
+    @cached_property
+    def size(self) -> IntArray:
+        """Number of real components of each row, shape (n,)."""
+        sizes = [(len(g.sensors) - 1) * g.sensors[0].dim for g in self.reports]
+        return np.repeat(sizes, [len(g) for g in self.reports])
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Contrasts of the corrected reports, shape (n, M), metres."""
+        theta = self._check(theta)
+        parts = [_differences(self._corrected(group, theta)) for group in self.reports]
+        return np.concatenate([self._pad(part, axes=1) for part in parts])
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Derivative of the residuals, -B at the fused positions, shape (n, M, p)."""
+        return -self.linearise(theta).B
+
+    def linearise(self, theta: FloatArray) -> RegistrationProblem:
+        """The linear problem tangent at theta: y = residual + B theta."""
+        theta = self._check(theta)
+        rows = []
+        for group in self.reports:
+            corrected = self._corrected(group, theta)
+            where = (_fuse(group.sensors, corrected),) * len(group.sensors)
+            part = self._rows(group, corrected, where)
+            rows.append(_Rows(part.y + part.B @ theta, part.B, part.R))
+        return self._stack(rows)
+
+    def one_shot(self, at: Sequence[tuple[FloatArray, ...]] | None = None) -> RegistrationProblem:
+        """The papers' linear form: plain conversion, B and R evaluated once, theta = 0.
+
+        Parameters
+        ----------
+        at : sequence of tuple of ndarray, shape (n, d), optional
+            For each group, the position at which each sensor's B and R are evaluated: the
+            true one (to reproduce a paper), a smoothed one (`reports.smoothed_positions`).
+            By default the raw reports themselves, the field's trap: errors in variables
+            then bias the estimate.
+        """
+        raw = [group.positions(unbiased=False) for group in self.reports]
+        where = raw if at is None else list(at)
+        if len(where) != len(raw) or any(
+            np.shape(a) != np.shape(b)
+            for w, r in zip(where, raw, strict=True)
+            for a, b in zip(w, r, strict=True)
+        ):
+            raise InvalidInputError("`at` needs one position a report, for every group and sensor.")
+        groups = zip(self.reports, raw, where, strict=True)
+        return self._stack([self._rows(group, z, w) for group, z, w in groups])
+
+    def observability(self, theta: FloatArray | None = None) -> Observability:
+        """Singular values and unobservable combinations at theta (by default zero)."""
+        at = np.zeros(len(self.names)) if theta is None else theta
+        return self.linearise(at).observability()
+
+    # -- details -----------------------------------------------------------------------
+
+    def _check(self, theta: FloatArray) -> FloatArray:
+        return finite_array("theta", theta, (len(self.names),))
+
+    def _corrected(self, group: AssociatedReports, theta: FloatArray) -> tuple[FloatArray, ...]:
+        pairs = zip(group.sensors, group.values, strict=True)
+        return tuple(s.to_cartesian(z - theta[self._columns[s.name]]) for s, z in pairs)
+
+    def _rows(
+        self, group: AssociatedReports, positions: Sequence[FloatArray], at: Sequence[FloatArray]
+    ) -> _Rows:
+        n, d, k = len(group), group.sensors[0].dim, len(group.sensors)
+        B = np.zeros((n, k, d, len(self.names)))
+        R = np.zeros((n, k - 1, d, k - 1, d))
+        for j, (sensor, where) in enumerate(zip(group.sensors, at, strict=True)):
+            B[:, j, :, self._columns[sensor.name]] = sensor.sensitivity(where)
+            own = sensor.covariance(where)
+            # the j-th sensor enters contrast j with +1 and contrast j - 1 with -1
+            if j < k - 1:
+                R[:, j, :, j, :] += own
+            if j > 0:
+                R[:, j - 1, :, j - 1, :] += own
+            if 0 < j < k - 1:
+                R[:, j, :, j - 1, :] -= own
+                R[:, j - 1, :, j, :] -= own
+        m = (k - 1) * d
+        B = (B[:, :-1] - B[:, 1:]).reshape(n, m, -1)
+        return _Rows(_differences(positions), B, R.reshape(n, m, m))
+
+    def _stack(self, rows: list[_Rows]) -> RegistrationProblem:
+        R = np.concatenate([self._pad(part.R, axes=2) for part in rows])
+        blank = np.arange(R.shape[1]) >= self.size[:, None]
+        R[:, np.arange(R.shape[1]), np.arange(R.shape[1])] += blank
+        return RegistrationProblem(
+            np.concatenate([self._pad(part.y, axes=1) for part in rows]),
+            np.concatenate([self._pad(part.B, axes=1) for part in rows]),
+            R,
+            self.time,
+            self.names,
+            self.units,
+            self.size,
+        )
+
+    def _pad(self, array: FloatArray, axes: int) -> FloatArray:
+        short = int(self.size.max()) - array.shape[1]
+        widths = [(0, 0)] + [(0, short)] * axes + [(0, 0)] * (array.ndim - 1 - axes)
+        return np.pad(array, widths) if short else array
+
+
+def _differences(positions: Sequence[FloatArray]) -> FloatArray:
+    """Consecutive differences (n, (k - 1) d): a basis of the contrasts, the target eliminated."""
+    stacked = np.stack(positions, axis=1)
+    return (stacked[:, :-1] - stacked[:, 1:]).reshape(len(stacked), -1)
+
+
+def _fuse(sensors: Sequence[Sensor], positions: Sequence[FloatArray]) -> FloatArray:
+    """Precision-weighted mean (n, d); the second pass takes the weights at the first mean."""
+    stacked, at = np.stack(positions), positions
+    for _ in range(2):
+        covariances = np.stack([s.covariance(x) for s, x in zip(sensors, at, strict=True)])
+        fused = precision_weighted_mean(covariances, stacked)
+        at = (fused,) * len(sensors)
+    return fused

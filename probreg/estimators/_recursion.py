@@ -1,0 +1,93 @@
+"""The one recursion behind every recursive estimator, compiled.
+
+In whitened coordinates the measurement noise of a row is diag(1 / w), so its components
+enter one after the other as scalars: the same update as with the m x m gain, without a
+matrix inversion. P is carried as a square root S (P = S S'), by Potter's update, so it
+stays positive definite whatever the units.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from probreg.typing import FloatArray, IntArray
+
+
+@numba.njit(cache=True)
+def recurse(
+    v: FloatArray,
+    A: FloatArray,
+    size: IntArray,
+    weight: Any,
+    params: FloatArray,
+    unit: float,
+    componentwise: bool,
+    theta: FloatArray,
+    S: FloatArray,
+    weights: FloatArray,
+    path: FloatArray,
+    covariances: FloatArray,
+) -> None:
+    """Run through whitened rows v (n, M), A (n, M, p), changing theta (p,) and S (p, p).
+
+    Writes the weights (n, M), the estimate after each row into path (n, p), and P after
+    each row into covariances (n, p, p), or nothing if that has length 0.
+    """
+    n, width, p = A.shape
+    inverse_unit2 = 1.0 / (unit * unit)
+    f = np.empty(p, dtype=v.dtype)
+    g = np.empty(p, dtype=v.dtype)
+    for i in range(n):
+        d2 = 0.0
+        for c in range(size[i]):
+            e = v[i, c]
+            for k in range(p):
+                e -= A[i, c, k] * theta[k]
+            if componentwise:
+                weights[i, c] = weight(e * e * inverse_unit2, 1.0, params) * inverse_unit2
+            d2 += e * e
+        if not componentwise:
+            w = weight(d2 * inverse_unit2, float(size[i]), params) * inverse_unit2
+            for c in range(size[i]):
+                weights[i, c] = w
+        for c in range(size[i]):
+            if weights[i, c] > 0.0:
+                _scalar_update(v[i, c], A[i, c], 1.0 / weights[i, c], theta, S, f, g)
+        path[i] = theta
+        if covariances.shape[0] > 0:
+            covariances[i] = S @ S.T
+
+
+@numba.njit(cache=True)
+def _scalar_update(
+    z: float,
+    a: FloatArray,
+    variance: float,
+    theta: FloatArray,
+    S: FloatArray,
+    f: FloatArray,
+    g: FloatArray,
+) -> None:
+    p = theta.size
+    e = z
+    total = variance
+    for k in range(p):
+        e -= a[k] * theta[k]
+        s = 0.0
+        for j in range(p):
+            s += S[j, k] * a[j]
+        f[k] = s
+        total += s * s
+    shrink = 1.0 / (total + np.sqrt(total * variance))
+    for k in range(p):
+        s = 0.0
+        for j in range(p):
+            s += S[k, j] * f[j]
+        g[k] = s
+    for k in range(p):
+        theta[k] += g[k] * (e / total)
+        for j in range(p):
+            S[k, j] -= shrink * g[k] * f[j]

@@ -1,0 +1,91 @@
+"""Batch M-estimation and maximum likelihood by iteratively reweighted least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.estimators._estimate import Estimate, Estimator
+from probreg.noise import Hyperbolic, NoiseLaw
+from probreg.posterior import Posterior
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem
+
+
+@dataclass(frozen=True)
+class Irls:
+    """The mode under any noise law, to convergence.
+
+    With `Hyperbolic` it is batch least absolute deviation (Guo et al. 2017, equation 9);
+    with `StudentT` and `Contaminated` maximum likelihood by EM; with `Huber`, `Tukey`, ... an
+    M-estimate. `covariance` is the sandwich, which does not trust the law.
+
+    Parameters
+    ----------
+    noise : NoiseLaw
+        Its equivalent weight is the reweighting.
+    start : Estimator, optional
+        Gives the starting point. By default least squares, or least absolute deviation for
+        laws with several modes.
+    max_iterations : int
+        Limit on reweightings at one linearisation.
+    tolerance : float
+        Largest last step, in standard deviations of the estimate.
+    """
+
+    noise: NoiseLaw = field(default_factory=Hyperbolic)
+    start: Estimator | None = None
+    max_iterations: int = 500
+    tolerance: float = 1e-8
+
+    def estimate(
+        self,
+        problem: Problem,
+        prior: GaussianPrior | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> Estimate:
+        """Reweight to convergence.
+
+        Parameters
+        ----------
+        problem : Problem
+        prior : GaussianPrior, optional
+        rng : numpy.random.Generator, optional
+            Passed to `start`.
+
+        Returns
+        -------
+        Estimate
+            `info`: iterations, relinearisations, and "laplace_covariance", the covariance if
+            the law is right (None where the loss is not curved in every direction).
+
+        Raises
+        ------
+        UnobservableError
+            Combinations that neither data nor prior determine, or too many rows rejected.
+        """
+        posterior = Posterior(problem, self.noise, prior)
+        at = None if self.start is None else self.start.estimate(problem, prior, rng).theta
+        mode = posterior.mode(at, self.max_iterations, self.tolerance)
+        try:
+            laplace = posterior.laplace_covariance(mode)
+            sandwich = posterior.sandwich_covariance(mode)
+        except InvalidInputError:
+            laplace = sandwich = None
+        info = {
+            "iterations": mode.iterations,
+            "relinearisations": mode.relinearisations,
+            "laplace_covariance": laplace,
+        }
+        return Estimate(
+            mode.theta,
+            sandwich,
+            mode.weights,
+            None,
+            mode.converged,
+            info,
+            problem.names,
+            problem.units,
+        )

@@ -1,0 +1,59 @@
+"""Weighted least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.estimators._estimate import Estimate
+from probreg.noise import Gaussian
+from probreg.posterior import Posterior
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """Batch least squares weighted by R^-1, re-linearised to convergence where nonlinear.
+
+    `covariance` is the inverse of the normal matrix: right if R is the noise covariance.
+    """
+
+    def estimate(
+        self,
+        problem: Problem,
+        prior: GaussianPrior | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> Estimate:
+        """Solve the normal equations.
+
+        Parameters
+        ----------
+        problem : Problem
+        prior : GaussianPrior, optional
+        rng : numpy.random.Generator, optional
+            Not used; the method is deterministic.
+
+        Returns
+        -------
+        Estimate
+            `info`: iterations, relinearisations.
+
+        Raises
+        ------
+        UnobservableError
+            Combinations that neither data nor prior determine.
+        """
+        posterior = Posterior(problem, Gaussian(), prior)
+        mode = posterior.mode()
+        return Estimate(
+            mode.theta,
+            posterior.laplace_covariance(mode),
+            mode.weights,
+            None,
+            mode.converged,
+            {"iterations": mode.iterations, "relinearisations": mode.relinearisations},
+            problem.names,
+            problem.units,
+        )

@@ -1,0 +1,205 @@
+"""Recursive estimators: one recursion, any noise law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.estimators._estimate import Estimate
+from probreg.estimators._recursion import recurse
+from probreg.noise import Hyperbolic, NoiseLaw
+from probreg.noise._law import compile_weight
+from probreg.observability import observe
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem, RegistrationProblem
+from probreg.typing import FloatArray
+from probreg.validation import positive_number
+
+UNIT_SCALE = {"m": 1.0, "rad": 1e-3}  # the start P = omega I is meant in metres and milliradians
+
+
+@dataclass(frozen=True)
+class Recursive:
+    """Recursive reweighted least squares with the noise law's equivalent weight.
+
+    For each row, with innovation e, L = R / w(e), W = P B' (B P B' + L)^-1:
+    theta += W e, P -= W B P. The settings of the RALAD paper are
+
+    ================  ==========================================
+    RLS (EX)          `Recursive(Gaussian())`
+    RALAD (28)-(32)   `Recursive(Hyperbolic(1e-3))`
+    RALAD (42)        `Recursive(Hyperbolic(1e-3, 1.345))`
+    Huber (36)        `Recursive(Huber(1.345, True))`
+    Student-t         `Recursive(StudentT(3))`
+    ================  ==========================================
+
+    The returned covariance is the final P. It is what the method would claim; for any law
+    but the Gaussian it is not the covariance of the estimate.
+
+    Parameters
+    ----------
+    noise : NoiseLaw
+        Its weight is evaluated once a row, at the innovation.
+    omega : float
+        Without a prior, the start is theta = 0, P = omega I in metres and milliradians.
+    max_passes : int
+        For nonlinear problems: re-linearise at the last estimate and run again, until it
+        moves by less than a hundredth of a standard deviation.
+    covariance_path : bool
+        Keep P after each row in `info["covariance_path"]`, shape (n, p, p).
+    precision : {"double", "single"}
+        Floating-point type of the recursion.
+
+    Raises
+    ------
+    InvalidInputError
+        omega not above zero, a law with array parameters.
+
+    References
+    ----------
+    Guo et al., Control and Decision (2017), equations (28) to (36) and (42).
+    """
+
+    noise: NoiseLaw = field(default_factory=Hyperbolic)
+    omega: float = 1e6
+    max_passes: int = 10
+    covariance_path: bool = False
+    precision: Literal["double", "single"] = "double"
+
+    def __post_init__(self) -> None:
+        positive_number("omega", self.omega)
+        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
+            raise InvalidInputError("a recursion takes one number a law parameter, not an array.")
+
+    def estimate(
+        self,
+        problem: Problem,
+        prior: GaussianPrior | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> Estimate:
+        """Run through the rows in order of time (in row order where there is none).
+
+        Parameters
+        ----------
+        problem : Problem
+        prior : GaussianPrior, optional
+            Start of the recursion.
+        rng : numpy.random.Generator, optional
+            Not used; the method is deterministic.
+
+        Returns
+        -------
+        Estimate
+            `path` follows the order in which rows were taken, `info["order"]`.
+
+        Raises
+        ------
+        UnobservableError
+            Without a prior: combinations that the data do not determine.
+        """
+        if prior is not None:
+            prior.check(problem.names)
+        theta = np.zeros(len(problem.names)) if prior is None else prior.mean
+        linear = problem.linearise(theta)
+        if prior is None:
+            observe(linear.whitened().A.reshape(-1, theta.size), problem.names).require()
+        for passes in range(1, self.max_passes + 1):
+            result = self._run(linear, prior, passes)
+            assert result.sd is not None
+            settled = bool(np.all(np.abs(result.theta - theta) < 0.01 * result.sd))
+            theta = result.theta
+            if problem.linear or settled:
+                return result
+            linear = problem.linearise(theta)
+        return Estimate(**{**vars(result), "converged": False})
+
+    def _run(
+        self, linear: RegistrationProblem, prior: GaussianPrior | None, passes: int
+    ) -> Estimate:
+        dtype = np.float64 if self.precision == "double" else np.float32
+        n, width, p = linear.B.shape
+        theta, root = self._start(linear, prior)
+        # the recursion runs in units in which the unknowns are of order one
+        unit = _unit_scales(linear)
+        rows = linear.whitened()
+        order = np.arange(n) if linear.time is None else np.argsort(linear.time, kind="stable")
+        theta, root = (theta / unit).astype(dtype), (root / unit[:, None]).astype(dtype)
+        weights = np.zeros((n, width), dtype=dtype)
+        path = np.empty((n, p), dtype=dtype)
+        kept = np.empty((n if self.covariance_path else 0, p, p), dtype=dtype)
+        params = np.array(self.noise.params or (0.0,), dtype=float)
+        recurse(
+            np.ascontiguousarray(rows.v[order], dtype=dtype),
+            np.ascontiguousarray(rows.A[order] * unit, dtype=dtype),
+            rows.size[order],
+            compile_weight(type(self.noise).weight_function),
+            params,
+            float(self.noise.unit),
+            self.noise.componentwise,
+            theta,
+            root,
+            weights,
+            path,
+            kept,
+        )
+        info = {"order": order, "passes": passes}
+        scale = np.outer(unit, unit)
+        if self.covariance_path:
+            info["covariance_path"] = kept * scale
+        own = _row_order(weights, order)
+        return Estimate(
+            theta * unit,
+            (root @ root.T) * scale,
+            own if self.noise.componentwise else own[:, 0],
+            path * unit,
+            True,
+            info,
+            linear.names,
+            linear.units,
+        )
+
+    def _start(
+        self, linear: RegistrationProblem, prior: GaussianPrior | None
+    ) -> tuple[FloatArray, FloatArray]:
+        if prior is not None:
+            return prior.mean.copy(), np.linalg.cholesky(prior.covariance)
+        return np.zeros(len(linear.names)), np.sqrt(self.omega) * np.diag(_unit_scales(linear))
+
+
+def innovation_covariances(
+    estimate: Estimate, linear: RegistrationProblem, omega: float, rows: slice = slice(None)
+) -> tuple[FloatArray, FloatArray]:
+    """B P B' before each row (k, m, m), and the equivalent noise R^.5 diag(1 / w) R^.5.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of `Recursive(covariance_path=True)` without a prior, rows in time order.
+    linear : RegistrationProblem
+        The problem it was run on.
+    omega : float
+        Its start.
+    rows : slice
+        The rows wanted.
+    """
+    first = omega * np.diag(_unit_scales(linear) ** 2)
+    P = np.concatenate([first[None], estimate.info["covariance_path"][:-1]])[rows]
+    weights = estimate.weights if estimate.weights.ndim == 2 else estimate.weights[:, None]
+    B, R = linear.B[rows], linear.R[rows]
+    values, vectors = np.linalg.eigh(R)
+    root = (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
+    noise = (root / weights[rows, None, :]) @ np.swapaxes(root, 1, 2)
+    return B @ P @ np.swapaxes(B, 1, 2), noise
+
+
+def _unit_scales(linear: RegistrationProblem) -> FloatArray:
+    return np.array([UNIT_SCALE.get(unit, 1.0) for unit in linear.units])
+
+
+def _row_order(processed: FloatArray, order: FloatArray) -> FloatArray:
+    out = np.empty_like(processed)
+    out[order] = processed
+    return out

@@ -1,0 +1,316 @@
+"""What every noise law shares: scaling, components, quadrature, compiled weights.
+
+A law is a spherical density of the whitened residual v in m dimensions, written through
+its log kernel g(d2, m) with d2 = |v|^2. Its equivalent weight is w = -2 dg / d(d2): the
+weight that makes a least-squares step a step on the law's log-likelihood. A law gives the
+kernel (numpy), the weight (one compiled scalar function, the same in recursions and in
+batch), its sampler and, where known in closed form, its normaliser and variance.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cache
+from typing import Any, ClassVar, Self
+
+import numba
+import numpy as np
+from scipy.special import gammaln
+
+from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.typing import FloatArray
+
+Size = int | FloatArray
+WeightFunction = Callable[[float, float, FloatArray], float]
+_SIGNATURE = "float64(float64, float64, float64[::1])"
+
+
+@cache
+def compile_weight(function: WeightFunction) -> Any:
+    """Compile a scalar weight w(d2, m, params) once; all laws have one machine-code type.
+
+    Because that type is shared, a recursion that takes a weight is compiled once for all
+    laws and kept on disk.
+    """
+    return numba.cfunc(_SIGNATURE, cache=True)(function)
+
+
+@numba.njit(cache=True)
+def _apply_weight(weight: Any, d2: FloatArray, m: FloatArray, params: FloatArray) -> FloatArray:
+    out = np.empty(d2.size)
+    for i in range(d2.size):
+        out[i] = weight(d2[i], m[i], params[i])
+    return out
+
+
+class NoiseLaw(ABC):
+    """Base of the noise laws; subclasses are frozen dataclasses over `scale` and their own.
+
+    Attributes
+    ----------
+    proper : bool
+        Whether a normalised density exists.
+    convex : bool
+        Whether minus the log kernel is convex, so that a mode has no rivals.
+    scale_mixture : bool
+        Whether the law is Gaussian given a random precision (`draw_precision`).
+    """
+
+    proper: ClassVar[bool] = True
+    convex: ClassVar[bool] = True
+    scale_mixture: ClassVar[bool] = False
+    weight_function: ClassVar[WeightFunction]
+
+    scale: Any
+    componentwise: bool
+
+    # -- what a law defines ------------------------------------------------------------
+
+    @abstractmethod
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """Unnormalised log-density at unit scale; analytic in d2 between its corners."""
+
+    @property
+    def params(self) -> tuple[Any, ...]:
+        """Numbers (or arrays that broadcast over chains) passed to the weight."""
+        return ()
+
+    def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
+        """Draw n vectors of m components at unit scale."""
+        raise ImproperLawError(self._no_density("sampled"))
+
+    def log_normalizer(self, m: int) -> FloatArray | float:
+        """Log of the integral of exp(log_kernel) over R^m, by quadrature over the radius."""
+        return np.log(self.radial_integral(lambda d2: np.ones_like(d2), m))
+
+    def unit_covariance_factor(self, m: int) -> FloatArray | float:
+        """E |v|^2 / m at unit scale, by quadrature over the radius."""
+        return self.radial_integral(lambda d2: d2, m) / (m * np.exp(self.log_normalizer(m)))
+
+    # -- what follows from it ----------------------------------------------------------
+
+    @property
+    def unit(self) -> Any:
+        """The common noise scale: residuals are divided by it first."""
+        return self.scale
+
+    def squared_norm(self, v: FloatArray, m: Size | None = None) -> tuple[FloatArray, Size]:
+        """Squared scaled residuals the law acts on, and their dimension.
+
+        Parameters
+        ----------
+        v : ndarray, shape (..., M)
+            Whitened residuals.
+        m : int or ndarray, optional
+            True number of components of rows padded with zeros to M.
+        """
+        v = np.asarray(v, dtype=float)
+        if self.componentwise:
+            return v**2 / np.asarray(self.unit) ** 2, 1
+        size = v.shape[-1] if m is None else m
+        return np.einsum("...m,...m->...", v, v) / np.asarray(self.unit) ** 2, size
+
+    def log_density(self, v: FloatArray, m: Size | None = None) -> FloatArray:
+        """Normalised log-density of whitened residuals.
+
+        Parameters
+        ----------
+        v : ndarray, shape (..., M)
+            Whitened residuals.
+        m : int or ndarray, optional
+            True number of components of rows padded with zeros; default M.
+
+        Returns
+        -------
+        ndarray, shape (...)
+
+        Raises
+        ------
+        ImproperLawError
+            The law has no density.
+        """
+        if not self.proper:
+            raise ImproperLawError(self._no_density("evaluated"))
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        value = law.log_kernel(d2, size) - law._log_normalizers(size)
+        value = value - np.asarray(size) * np.log(np.asarray(law.unit, dtype=float))
+        if not self.componentwise:
+            return value
+        width = np.shape(v)[-1]
+        real = np.asarray(width if m is None else m)
+        return np.where(np.arange(width) < real[..., None], value, 0.0).sum(axis=-1)
+
+    def weight(self, v: FloatArray, m: Size | None = None) -> FloatArray:
+        """Equivalent weights of whitened residuals.
+
+        Parameters
+        ----------
+        v : ndarray, shape (..., M)
+            Whitened residuals.
+        m : int or ndarray, optional
+            True number of components of rows padded with zeros; default M.
+
+        Returns
+        -------
+        ndarray, shape (...), or (..., M) for component-wise laws
+        """
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        return law.unit_weight(d2, size) / np.asarray(law.unit) ** 2
+
+    def weight_slope(self, v: FloatArray, m: Size | None = None) -> FloatArray:
+        """Derivative of the weight with respect to |v|^2, by central differences."""
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        step = 1e-5 * np.maximum(d2, 1e-12)
+        low = np.maximum(d2 - step, 0.0)
+        rise = law.unit_weight(d2 + step, size) - law.unit_weight(low, size)
+        return rise / (d2 + step - low) / np.asarray(law.unit) ** 4
+
+    def sample(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
+        """Draw n whitened residuals of m components, shape (n, m).
+
+        Raises
+        ------
+        ImproperLawError
+            The law has no density.
+        """
+        if self.componentwise:
+            return float(self.unit) * self.sample_unit(rng, n * m, 1).reshape(n, m)
+        return float(self.unit) * self.sample_unit(rng, n, m)
+
+    def covariance_factor(self, m: int) -> FloatArray | float:
+        """Covariance of the whitened residual divided by the identity; may be infinite."""
+        if not self.proper:
+            raise ImproperLawError(self._no_density("asked for its variance"))
+        return self.unit**2 * self.unit_covariance_factor(1 if self.componentwise else m)
+
+    def information_factor(self, m: int) -> float:
+        """Fisher information of the location of v divided by the identity: E (w |v|)^2 / m."""
+        if not self.proper:
+            raise ImproperLawError(self._no_density("asked for its information"))
+        size = 1 if self.componentwise else m
+        moment = self.radial_integral(lambda d2: d2 * self.unit_weight(d2, size) ** 2, size)
+        return float(moment / (size * np.exp(self.log_normalizer(size)) * self.unit**2))
+
+    def radial_integral(self, function: Callable[[FloatArray], FloatArray], m: int) -> float:
+        """Integral over R^m of function(|v|^2) exp(log_kernel), scalar parameters only."""
+        from scipy.integrate import quad  # slow to import, seldom needed
+
+        sphere = np.log(2.0) + 0.5 * m * np.log(np.pi) - gammaln(0.5 * m)
+
+        def integrand(radius: float) -> float:
+            d2 = np.array([radius**2])
+            return float(np.exp(sphere + self.log_kernel(d2, m)[0]) * function(d2)[0]) * radius ** (
+                m - 1
+            )
+
+        edges = [0.0, *sorted(self.corners), np.inf]
+        pieces = zip(edges[:-1], edges[1:], strict=True)
+        return sum(quad(integrand, a, b, epsabs=0.0, epsrel=1e-10, limit=200)[0] for a, b in pieces)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Radii where the kernel changes its formula or scale: quadrature splits there."""
+        return (1.0, 10.0)
+
+    def unit_weight(self, d2: FloatArray, m: Size) -> FloatArray:
+        """Weights at unit scale of squared norms in m dimensions, by the compiled function."""
+        parts = np.broadcast_arrays(d2, np.asarray(m, dtype=float), *(self.params or (0.0,)))
+        flat = [np.array(part, dtype=float).ravel() for part in parts]
+        params = np.stack(flat[2:], axis=-1)
+        weight = compile_weight(type(self).weight_function)
+        return _apply_weight(weight, flat[0], flat[1], params).reshape(parts[0].shape)
+
+    # -- details -----------------------------------------------------------------------
+
+    def _spread(self) -> Self:
+        """Append an axis to array parameters of a component-wise law: chains, rows, components."""
+        if not self.componentwise:
+            return self
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
+        arrays = {k: np.asarray(v)[..., None] for k, v in fields.items() if np.ndim(v) > 0}
+        return dataclasses.replace(self, **arrays) if arrays else self  # type: ignore[type-var]
+
+    def _log_normalizers(self, m: Size) -> Any:
+        if np.ndim(m) == 0:
+            return self.log_normalizer(int(m))
+        sizes = np.asarray(m)
+        return sum(
+            np.where(sizes == size, self.log_normalizer(int(size)), 0.0)
+            for size in np.unique(sizes)
+        )
+
+    def _no_density(self, what: str) -> str:
+        return (
+            f"{type(self).__name__} is a rejection rule without a normalisable density, so it "
+            f"cannot be {what}. Use it in an estimator, or take a proper law (Gaussian, "
+            "StudentT, Contaminated, Hyperbolic, Huber)."
+        )
+
+
+class ScaleMixture(NoiseLaw):
+    """A law that is Gaussian given a positive random precision."""
+
+    scale_mixture: ClassVar[bool] = True
+
+    @abstractmethod
+    def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
+        """Draw the precision given the squared norm, at unit scale."""
+
+    def draw_precision(
+        self, rng: np.random.Generator, v: FloatArray, m: Size | None = None
+    ) -> FloatArray:
+        """Draw the precisions of rows given their whitened residuals: the Gibbs step.
+
+        Their conditional mean is the equivalent weight.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+        v : ndarray, shape (..., M)
+            Whitened residuals.
+        m : int or ndarray, optional
+            True number of components of rows padded with zeros; default M.
+
+        Returns
+        -------
+        ndarray, shape (...), or (..., M) for component-wise laws
+        """
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        return law.draw_unit_precision(rng, d2, size) / np.asarray(law.unit) ** 2
+
+
+def above_zero(law: NoiseLaw, **values: Any) -> None:
+    """Check that parameters of a law, scalars or arrays, are finite and above zero."""
+    for name, value in values.items():
+        array = np.asarray(value, dtype=float)
+        if not (np.isfinite(array).all() and (array > 0.0).all()):
+            raise InvalidInputError(
+                f"{type(law).__name__}: {name} is {value!r}; it must be finite and above zero."
+            )
+
+
+def truncated_chi(rng: np.random.Generator, n: int, m: int, upper: float) -> FloatArray:
+    """Draw radii of m-dimensional standard normal vectors shorter than `upper`."""
+    from scipy.special import gammainc, gammaincinv
+
+    mass = gammainc(0.5 * m, 0.5 * upper**2)
+    return np.sqrt(2.0 * gammaincinv(0.5 * m, mass * rng.random(n)))
+
+
+def truncated_gamma(rng: np.random.Generator, n: int, shape: float, lower: float) -> FloatArray:
+    """Draw unit-rate Gamma(shape) numbers above `lower`."""
+    from scipy.special import gammaincc, gammainccinv
+
+    return gammainccinv(shape, gammaincc(shape, lower) * rng.random(n))
+
+
+def on_sphere(rng: np.random.Generator, radius: FloatArray, m: int) -> FloatArray:
+    """Give each radius a uniformly random direction in m dimensions, shape (n, m)."""
+    direction = rng.standard_normal((len(radius), m))
+    return radius[:, None] * direction / np.linalg.norm(direction, axis=1, keepdims=True)

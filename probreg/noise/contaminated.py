@@ -1,0 +1,101 @@
+"""The contaminated Gaussian: a share of the rows is noisier by a known factor."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.typing import FloatArray
+
+
+def _weight(d2: float, m: float, params: FloatArray) -> float:
+    rate, precision = params[0], 1.0 / params[1] ** 2
+    # share of the wide component, by the ratio of the densities: no overflow at large d2
+    ratio = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
+    wide = 1.0 / (1.0 + ratio)
+    return 1.0 - wide * (1.0 - precision)
+
+
+@dataclass(frozen=True)
+class Contaminated(ScaleMixture):
+    """(1 - rate) N(0, I) + rate N(0, scale^2 I).
+
+    Parameters
+    ----------
+    rate : float or array
+        Share of outliers, in (0, 1).
+    scale : float or array
+        Standard deviation of an outlier over that of a good row, above 1.
+    core_scale : float or array
+        Factor on the square root of R, common to both components.
+    componentwise : bool
+        Contaminate every whitened component on its own.
+    """
+
+    rate: Any = 0.1
+    scale: Any = 10.0
+    _: KW_ONLY
+    core_scale: Any = 1.0
+    componentwise: bool = False
+
+    convex: ClassVar[bool] = False
+    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+
+    def __post_init__(self) -> None:
+        above_zero(self, rate=self.rate, scale=self.scale, core_scale=self.core_scale)
+        if np.any(np.asarray(self.rate) >= 1.0) or np.any(np.asarray(self.scale) <= 1.0):
+            raise InvalidInputError(
+                f"Contaminated: rate {self.rate!r} must lie in (0, 1) and scale {self.scale!r}, "
+                "the outliers' standard deviation over the nominal one, above 1."
+            )
+
+    @property
+    def unit(self) -> Any:
+        """The common scale; `scale` is the outliers' own."""
+        return self.core_scale
+
+    @property
+    def params(self) -> tuple[Any, ...]:
+        """(rate, scale)."""
+        return (self.rate, self.scale)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Where the narrow and the wide component end."""
+        return (4.0, 8.0 * float(self.scale))
+
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """Log of the two-component sum, without the (2 pi)^(m / 2)."""
+        wide = np.log(self.rate) - m * np.log(self.scale) - 0.5 * d2 / self.scale**2
+        narrow = np.log1p(-np.asarray(self.rate)) - 0.5 * d2
+        top = np.where(np.real(wide) > np.real(narrow), wide, narrow)
+        return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
+
+    def log_normalizer(self, m: int) -> float:
+        """(m / 2) log 2 pi."""
+        return 0.5 * m * float(np.log(2.0 * np.pi))
+
+    def unit_covariance_factor(self, m: int) -> Any:
+        """1 - rate + rate scale^2."""
+        return 1.0 - self.rate + self.rate * self.scale**2
+
+    def outlier_probability(self, v: FloatArray, m: Size | None = None) -> FloatArray:
+        """Posterior probability that a row with this whitened residual is an outlier."""
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        return (1.0 - law.unit_weight(d2, size)) / (1.0 - 1.0 / np.asarray(law.scale) ** 2)
+
+    def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
+        """Normal vectors, a share `rate` of them stretched by `scale`."""
+        stretch = np.where(rng.random(n) < self.rate, self.scale, 1.0)
+        return stretch[:, None] * rng.standard_normal((n, m))
+
+    def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
+        """1 or 1 / scale^2, by the posterior odds."""
+        precision = 1.0 / np.asarray(self.scale) ** 2
+        wide = (1.0 - self.unit_weight(d2, m)) / (1.0 - precision)
+        return np.where(rng.random(np.shape(d2)) < wide, precision, 1.0)

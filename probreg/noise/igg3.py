@@ -1,0 +1,73 @@
+"""IGG-III: full weight, then falling weight, then rejection."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.noise._law import NoiseLaw, Size, WeightFunction, above_zero
+from probreg.typing import FloatArray
+
+
+def _weight(d2: float, m: float, params: FloatArray) -> float:
+    k0, k1, d = params[0], params[1], np.sqrt(d2)
+    if d <= k0:
+        return 1.0
+    if d >= k1:
+        return 0.0
+    return k0 / d * ((k1 - d) / (k1 - k0)) ** 2
+
+
+@dataclass(frozen=True)
+class Igg3(NoiseLaw):
+    """The IGG-III equivalent weight of geodesy, used by the bearings-only papers.
+
+    Parameters
+    ----------
+    k0, k1 : float
+        Where the weight starts to fall and where it reaches zero, standard deviations.
+    scale : float or array
+        Factor on the square root of R.
+    componentwise : bool
+        Weigh every whitened component on its own.
+
+    References
+    ----------
+    Wu et al., J. Central South Univ. 46(3), 2015, section 2.2.
+    """
+
+    k0: float = 1.5
+    k1: float = 5.0
+    _: KW_ONLY
+    scale: Any = 1.0
+    componentwise: bool = False
+
+    proper: ClassVar[bool] = False
+    convex: ClassVar[bool] = False
+    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+
+    def __post_init__(self) -> None:
+        above_zero(self, k0=self.k0, k1=self.k1, scale=self.scale)
+        if self.k1 <= self.k0:
+            raise InvalidInputError(f"Igg3: k1 {self.k1!r} must be above k0 {self.k0!r}.")
+
+    @property
+    def params(self) -> tuple[Any, ...]:
+        """(k0, k1)."""
+        return (self.k0, self.k1)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Both thresholds."""
+        return (self.k0, self.k1)
+
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """Minus the loss whose influence function is w d: parabola, cubic, constant."""
+        k0, span, d = self.k0, self.k1 - self.k0, np.sqrt(d2)
+        middle = 0.5 * k0**2 + k0 * (span**3 - (self.k1 - d) ** 3) / (3.0 * span**2)
+        flat = 0.5 * k0**2 + k0 * span / 3.0 + 0.0 * d
+        loss = np.where(np.real(d) >= self.k1, flat, middle)
+        return -np.where(np.real(d) <= k0, 0.5 * d2, loss)

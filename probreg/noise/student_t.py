@@ -1,0 +1,73 @@
+"""The Student-t law: robust, redescending, a Gaussian scale mixture."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.special import gammaln
+
+from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.typing import FloatArray
+
+
+def _weight(d2: float, m: float, params: FloatArray) -> float:
+    return (params[0] + m) / (params[0] + d2)
+
+
+@dataclass(frozen=True)
+class StudentT(ScaleMixture):
+    """Multivariate Student-t noise, weight (nu + m) / (nu + d^2).
+
+    R is the scale matrix: the covariance is nu / (nu - 2) times it, for nu > 2.
+
+    Parameters
+    ----------
+    nu : float or array
+        Degrees of freedom.
+    scale : float or array
+        Factor on the square root of R.
+    componentwise : bool
+        Independent univariate t on every whitened component instead of one radius.
+    """
+
+    nu: Any = 4.0
+    _: KW_ONLY
+    scale: Any = 1.0
+    componentwise: bool = False
+
+    convex: ClassVar[bool] = False
+    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+
+    def __post_init__(self) -> None:
+        above_zero(self, nu=self.nu, scale=self.scale)
+
+    @property
+    def params(self) -> tuple[Any, ...]:
+        """(nu,)."""
+        return (self.nu,)
+
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """-(nu + m) / 2 log(1 + d^2 / nu)."""
+        return -0.5 * (self.nu + m) * np.log1p(d2 / self.nu)
+
+    def log_normalizer(self, m: int) -> Any:
+        """Closed form of the multivariate t."""
+        nu = self.nu
+        return gammaln(0.5 * nu) - gammaln(0.5 * (nu + m)) + 0.5 * m * np.log(nu * np.pi)
+
+    def unit_covariance_factor(self, m: int) -> Any:
+        """nu / (nu - 2), infinite for nu <= 2."""
+        nu = np.asarray(self.nu, dtype=float)
+        with np.errstate(divide="ignore"):
+            return np.where(nu > 2.0, nu / np.maximum(nu - 2.0, 0.0), np.inf)[()]
+
+    def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
+        """Normal vectors over the root of a chi-square of nu degrees of freedom."""
+        precision = rng.chisquare(self.nu, n) / self.nu
+        return rng.standard_normal((n, m)) / np.sqrt(precision)[:, None]
+
+    def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
+        """Gamma((nu + m) / 2, rate (nu + d^2) / 2)."""
+        return rng.gamma(0.5 * (self.nu + m), 2.0 / (self.nu + d2))

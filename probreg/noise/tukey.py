@@ -1,0 +1,58 @@
+"""Tukey's bisquare: smoothly redescending, zero beyond c."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from probreg.noise._law import NoiseLaw, Size, WeightFunction, above_zero
+from probreg.typing import FloatArray
+
+
+def _weight(d2: float, m: float, params: FloatArray) -> float:
+    u2 = d2 / (params[0] * params[0])
+    return (1.0 - u2) ** 2 if u2 < 1.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Tukey(NoiseLaw):
+    """Weight (1 - d^2 / c^2)^2 up to c, 0 beyond.
+
+    Parameters
+    ----------
+    c : float
+        Rejection point in standard deviations; 4.685 is 95 % efficient in one dimension.
+    scale : float or array
+        Factor on the square root of R.
+    componentwise : bool
+        Weigh every whitened component on its own.
+    """
+
+    c: float = 4.685
+    _: KW_ONLY
+    scale: Any = 1.0
+    componentwise: bool = False
+
+    proper: ClassVar[bool] = False
+    convex: ClassVar[bool] = False
+    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+
+    def __post_init__(self) -> None:
+        above_zero(self, c=self.c, scale=self.scale)
+
+    @property
+    def params(self) -> tuple[Any, ...]:
+        """(c,)."""
+        return (self.c,)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The rejection point."""
+        return (self.c,)
+
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """-(c^2 / 6) (1 - (1 - d^2 / c^2)^3), constant beyond c."""
+        u2 = d2 / self.c**2
+        return -(self.c**2) / 6.0 * np.where(np.real(u2) < 1.0, 1.0 - (1.0 - u2) ** 3, 1.0)

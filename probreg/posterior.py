@@ -1,0 +1,306 @@
+"""The one place where a problem, a noise law and a prior meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from probreg.errors import InvalidInputError, UnobservableError
+from probreg.noise import Gaussian, Hyperbolic, NoiseLaw
+from probreg.observability import observe
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem, RegistrationProblem, Whitened
+from probreg.typing import FloatArray
+from probreg.validation import finite_array
+
+_CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """Where iteratively reweighted least squares came to rest.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (p,)
+    weights : ndarray, shape (n,), or (n, M) for component-wise laws
+        Equivalent weights at theta.
+    linear : RegistrationProblem
+        The linear problem tangent at theta.
+    iterations, relinearisations : int
+    converged : bool
+    """
+
+    theta: FloatArray
+    weights: FloatArray
+    linear: RegistrationProblem
+    iterations: int
+    relinearisations: int
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Posterior of a constant bias: rows under a noise law, with an optional Gaussian prior.
+
+    A nonlinear problem enters through its linear form at the mode.
+
+    Parameters
+    ----------
+    problem : Problem
+        Linear or nonlinear registration problem.
+    noise : NoiseLaw
+        Law of the whitened residuals. An improper law has weights and hence a mode, but no
+        density: asking for one raises ImproperLawError.
+    prior : GaussianPrior, optional
+        By default flat; the data must then determine every unknown.
+
+    Raises
+    ------
+    InvalidInputError
+        A prior whose length does not fit.
+    UnobservableError
+        Without a prior: combinations that the data do not determine, by name.
+    """
+
+    problem: Problem
+    noise: NoiseLaw
+    prior: GaussianPrior | None = None
+
+    def __post_init__(self) -> None:
+        if self.prior is not None:
+            self.prior.check(self.problem.names)
+        self._at_start  # noqa: B018  refuse an undetermined problem now, not in mid-run
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return self.problem.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the unknowns."""
+        return self.problem.units
+
+    @cached_property
+    def linear(self) -> RegistrationProblem:
+        """The linear problem that the densities use: tangent at the mode."""
+        return self._at_start if self.problem.linear else self._mode.linear
+
+    def log_likelihood(self, theta: FloatArray) -> FloatArray:
+        """Log-density of every row, shape (..., n), for theta of shape (..., p)."""
+        rows = self.linear.whitened()
+        return self.noise.log_density(rows.residual(theta), rows.size) - 0.5 * rows.log_det
+
+    def log_prob(self, theta: FloatArray) -> FloatArray:
+        """Log-posterior up to the evidence, shape (...), for theta of shape (..., p)."""
+        theta = np.asarray(theta, dtype=float)
+        value = np.zeros(theta.shape[:-1])
+        for rows in self._row_blocks(value.size):
+            density = self.noise.log_density(rows.residual(theta), rows.size)
+            value = value + (density - 0.5 * rows.log_det).sum(axis=-1)
+        return value if self.prior is None else value + self.prior.log_density(theta)
+
+    def grad_log_prob(self, theta: FloatArray) -> FloatArray:
+        """Gradient of `log_prob`, shape (..., p): the sum of weighted, whitened residuals."""
+        theta = np.asarray(theta, dtype=float)
+        value = np.zeros(theta.shape)
+        for rows in self._row_blocks(value[..., 0].size):
+            v = rows.residual(theta)
+            weighted = _per_component(self.noise.weight(v, rows.size), v) * v
+            flat = weighted.reshape(*theta.shape[:-1], -1)
+            value = value + flat @ rows.A.reshape(-1, theta.shape[-1])
+        if self.prior is not None:
+            root = self.prior.root_precision
+            value = value - (theta - self.prior.mean) @ (root.T @ root)
+        return value
+
+    def mode(
+        self,
+        start: FloatArray | None = None,
+        max_iterations: int = 500,
+        tolerance: float = 1e-8,
+    ) -> Mode:
+        """Find a mode by iteratively reweighted least squares, re-linearising as it moves.
+
+        Parameters
+        ----------
+        start : ndarray, shape (p,), optional
+            By default the least-squares solution, or for laws with several modes the
+            least-absolute-deviation solution.
+        max_iterations : int
+            Limit on reweightings at one linearisation.
+        tolerance : float
+            Largest last step, in posterior standard deviations.
+        """
+        if start is None and max_iterations == 500 and tolerance == 1e-8:
+            return self._mode
+        return self._find_mode(start, max_iterations, tolerance)
+
+    def hessian(self, mode: Mode) -> FloatArray:
+        """Minus the second derivative (p, p) of the log-posterior at a mode."""
+        rows = mode.linear.whitened()
+        v = rows.residual(mode.theta)
+        slope = self.noise.weight_slope(v, rows.size)
+        plain = self.normal_matrix(rows, mode.weights)
+        if self.noise.componentwise:
+            along = (rows.A * v[..., None]).reshape(-1, rows.A.shape[-1])
+            return plain + 2.0 * (along * slope.reshape(-1, 1)).T @ along
+        along = np.einsum("nm,nmp->np", v, rows.A)
+        return plain + 2.0 * (along * slope[:, None]).T @ along
+
+    def laplace_covariance(self, mode: Mode) -> FloatArray:
+        """Inverse Hessian (p, p) at the mode.
+
+        Raises
+        ------
+        InvalidInputError
+            The Hessian is not positive definite: theta is not a mode.
+        """
+        try:
+            return spd_inverse(self.hessian(mode))
+        except linalg.LinAlgError as error:
+            raise InvalidInputError(
+                "the log-posterior is not curved downwards in every direction here, so this is "
+                "no mode; start elsewhere or take a law with one mode (Hyperbolic, Huber)."
+            ) from error
+
+    def sandwich_covariance(self, mode: Mode) -> FloatArray:
+        """Covariance (p, p) of the estimate whatever the law of the rows: H^-1 J H^-1.
+
+        J sums the outer products of the rows' scores; rows must be independent.
+        """
+        rows = mode.linear.whitened()
+        v = rows.residual(mode.theta)
+        scores = np.einsum("nm,nmp->np", _per_component(mode.weights, v) * v, rows.A)
+        bread = self.laplace_covariance(mode)
+        return bread @ (scores.T @ scores) @ bread
+
+    # -- details -----------------------------------------------------------------------
+
+    @cached_property
+    def _mode(self) -> Mode:
+        return self._find_mode(None, 500, 1e-8)
+
+    @cached_property
+    def _at_start(self) -> RegistrationProblem:
+        origin = np.zeros(len(self.names)) if self.prior is None else self.prior.mean
+        linear = self.problem.linearise(origin)
+        if self.prior is None:
+            rows = linear.whitened()
+            observe(rows.A.reshape(-1, len(self.names)), self.names).require()
+        return linear
+
+    def _find_mode(self, start: FloatArray | None, max_iterations: int, tolerance: float) -> Mode:
+        if start is not None:
+            theta = finite_array("start", start, (len(self.names),))
+        elif self.noise.convex:
+            theta = self.solve(self._at_start.whitened(), np.ones(len(self._at_start.y)))
+        else:
+            scale = self.noise.unit if np.ndim(self.noise.unit) == 0 else 1.0
+            smooth = Posterior(self._at_start, Hyperbolic(scale=scale), self.prior)
+            theta = smooth._find_mode(None, max_iterations, 1e-4).theta
+        iterations, settled = 0, False
+        for passes in range(1, 21):
+            linear = self.problem.linearise(theta)
+            before = theta
+            theta, weights, steps, settled = self._reweight(
+                linear, theta, max_iterations, tolerance
+            )
+            iterations += steps
+            moved = _length(theta - before, self.normal_matrix(linear.whitened(), weights))
+            if self.problem.linear or moved < max(tolerance, 1e-5):
+                break
+        else:
+            settled = False
+        return Mode(theta, weights, linear, iterations, passes, settled)
+
+    def _reweight(
+        self, linear: RegistrationProblem, theta: FloatArray, limit: int, tolerance: float
+    ) -> tuple[FloatArray, FloatArray, int, bool]:
+        rows = linear.whitened()
+        weights = self.noise.weight(rows.residual(theta), rows.size)
+        for step in range(1, limit + 1):
+            matrix = self.normal_matrix(rows, weights)
+            before, theta = theta, self._solve(matrix, rows, weights)
+            moved = _length(theta - before, matrix)
+            weights = self.noise.weight(rows.residual(theta), rows.size)
+            if moved < tolerance or isinstance(self.noise, Gaussian):
+                return theta, weights, step, True
+        return theta, weights, limit, False
+
+    def solve(self, rows: Whitened, weights: FloatArray) -> FloatArray:
+        """Weighted least squares with the prior: weights (n,) or (n, M), theta (p,)."""
+        return self._solve(self.normal_matrix(rows, weights), rows, weights)
+
+    def _solve(self, matrix: FloatArray, rows: Whitened, weights: FloatArray) -> FloatArray:
+        weighted = _per_component(weights, rows.v) * rows.v
+        right = rows.A.reshape(-1, rows.A.shape[-1]).T @ weighted.ravel()
+        if self.prior is not None:
+            root = self.prior.root_precision
+            right = right + root.T @ (root @ self.prior.mean)
+        return _spd_solve(matrix, right)
+
+    def normal_matrix(self, rows: Whitened, weights: FloatArray) -> FloatArray:
+        """A'WA plus the prior precision, shape (p, p)."""
+        flat = rows.A.reshape(-1, rows.A.shape[-1])
+        matrix = (flat * _per_component(weights, rows.v).reshape(-1, 1)).T @ flat
+        if self.prior is not None:
+            root = self.prior.root_precision
+            matrix = matrix + root.T @ root
+        return matrix
+
+    def _row_blocks(self, thetas: int) -> list[Whitened]:
+        rows = self.linear.whitened()
+        length = max(1, _CHUNK // max(1, thetas * rows.v.shape[1]))
+        cuts = range(0, len(rows.v), length)
+        return [
+            Whitened(*(part[a : a + length] for part in (rows.v, rows.A, rows.size, rows.log_det)))
+            for a in cuts
+        ]
+
+
+def _length(step: FloatArray, precision: FloatArray) -> float:
+    """Length of a step in standard deviations."""
+    return float(np.sqrt(max(step @ precision @ step, 0.0)))
+
+
+def _per_component(weights: FloatArray, v: FloatArray) -> FloatArray:
+    """Weights (..., n) or (..., n, M) as an array that multiplies v (..., n, M)."""
+    per_row = weights[..., None] if weights.ndim < v.ndim else weights
+    return np.broadcast_to(per_row, v.shape)
+
+
+def _equilibrated(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    scale = np.sqrt(np.diag(matrix))
+    if not np.all(scale > 0.0):
+        raise linalg.LinAlgError("a diagonal entry is zero or negative")
+    return linalg.cholesky(matrix / np.outer(scale, scale), lower=True), scale
+
+
+def _spd_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    try:
+        root, scale = _equilibrated(matrix)
+    except linalg.LinAlgError as error:
+        raise UnobservableError(
+            "the rows that keep weight no longer determine the unknowns: the noise law rejects "
+            "too much from this start. Start from a robust fit (Lms, Hyperbolic) or raise its "
+            "threshold."
+        ) from error
+    return linalg.cho_solve((root, True), right / scale) / scale
+
+
+def spd_inverse(matrix: FloatArray) -> FloatArray:
+    """Inverse of a symmetric positive definite matrix of very different diagonal entries.
+
+    Raises
+    ------
+    scipy.linalg.LinAlgError
+        Not positive definite.
+    """
+    root, scale = _equilibrated(matrix)
+    inverse = linalg.cho_solve((root, True), np.eye(len(matrix)))
+    return inverse / np.outer(scale, scale)

@@ -1,0 +1,158 @@
+"""Registration problems: rows from which the unknown target position has been eliminated.
+
+A row is one target instant. Rows seen by different numbers of sensors have different
+lengths; they are kept in one array, padded with components that carry no information
+(y = 0, B = 0, unit R), and `size` tells how many components of a row are real.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from probreg._linalg import inverse_roots
+from probreg.errors import InvalidInputError
+from probreg.observability import Observability, observe
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import finite_array, positive_definite
+
+
+class Problem(Protocol):
+    """What estimators and posteriors ask of a problem, linear or not."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    @property
+    def linear(self) -> bool:
+        """Whether `linearise` gives the same rows everywhere."""
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Residuals (n, M) at theta (p,)."""
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Derivative (n, M, p) of the residuals."""
+
+    def linearise(self, theta: FloatArray) -> RegistrationProblem:
+        """The linear problem that is tangent at theta."""
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A linear problem multiplied by the symmetric root of R^-1.
+
+    Attributes
+    ----------
+    v : ndarray, shape (n, M)
+        Whitened left-hand side.
+    A : ndarray, shape (n, M, p)
+        Whitened sensitivity.
+    size : ndarray of int, shape (n,)
+        Number of real components of each row.
+    log_det : ndarray, shape (n,)
+        log |R| of each row: a row's log-density is that of the law minus half of it.
+    """
+
+    v: FloatArray
+    A: FloatArray
+    size: IntArray
+    log_det: FloatArray
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Whitened residuals v - A theta, shape (..., n, M) for theta (..., p)."""
+        theta = np.asarray(theta, dtype=float)
+        n, width, p = self.A.shape
+        fitted = theta @ self.A.reshape(n * width, p).T
+        return self.v - fitted.reshape(*theta.shape[:-1], n, width)
+
+
+@dataclass(frozen=True, eq=False)
+class RegistrationProblem:
+    """Rows y = B theta + noise with scale matrix R: the linear registration problem.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n, m)
+        Contrasts of reports.
+    B : ndarray, shape (n, m, p)
+        Sensitivity of the contrasts to the unknown biases.
+    R : ndarray, shape (n, m, m)
+        Scale matrix of the noise of each row (what the data sheets say).
+    time : ndarray, shape (n,), optional
+        Time of each row, seconds.
+    names, units : sequence of str, optional
+        Of the p unknowns; by default theta[0], theta[1], ... without units.
+    size : ndarray of int, shape (n,), optional
+        Number of real components of padded rows; by default all m.
+
+    Raises
+    ------
+    InvalidInputError
+        Mismatched shapes, NaN or infinity, R not positive definite, no row.
+    """
+
+    y: FloatArray
+    B: FloatArray
+    R: FloatArray
+    time: FloatArray | None = None
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    size: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        y = finite_array("y", self.y, (None, None))
+        n, m = y.shape
+        if n == 0 or m == 0:
+            raise InvalidInputError("the problem has no row: no target was seen in common.")
+        B = finite_array("B", self.B, (n, m, None))
+        R = positive_definite("R", finite_array("R", self.R, (n, m, m)))
+        p = B.shape[2]
+        names = tuple(self.names or (f"theta[{k}]" for k in range(p)))
+        units = tuple(self.units or ("",) * p)
+        if len(names) != p or len(units) != p or len(set(names)) != p:
+            raise InvalidInputError(
+                f"{p} unknowns need {p} different names and {p} units; got {names}, {units}."
+            )
+        size = np.full(n, m) if self.size is None else np.asarray(self.size, dtype=int)
+        if size.shape != (n,) or size.min() < 1 or size.max() > m:
+            raise InvalidInputError(f"size must give 1 to {m} real components for each row.")
+        fields = {"y": y, "B": B, "R": R, "names": names, "units": units, "size": size}
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+        if self.time is not None:
+            object.__setattr__(self, "time", finite_array("time", self.time, (n,)))
+
+    @property
+    def linear(self) -> bool:
+        """True: the rows do not depend on theta."""
+        return True
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """y - B theta, shape (n, m)."""
+        return self.y - self.B @ np.asarray(theta, dtype=float)
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """-B, shape (n, m, p)."""
+        return -self.B
+
+    def linearise(self, theta: FloatArray) -> RegistrationProblem:
+        """The problem itself."""
+        return self
+
+    def whitened(self) -> Whitened:
+        """Multiply by the symmetric root of R^-1 (kept after the first call)."""
+        return self._whitened
+
+    @cached_property
+    def _whitened(self) -> Whitened:
+        assert self.size is not None
+        root, log_det = inverse_roots(np.ascontiguousarray(self.R))
+        v = np.einsum("nij,nj->ni", root, self.y)
+        return Whitened(v, root @ self.B, self.size, log_det)
+
+    def observability(self, theta: FloatArray | None = None) -> Observability:
+        """Singular values and unobservable combinations by name; theta is not needed."""
+        return observe(self._whitened.A.reshape(-1, len(self.names)), self.names)

@@ -1,0 +1,111 @@
+"""Reports of several sensors on the same targets: the data that scenes and recordings give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from probreg.errors import InvalidInputError
+from probreg.sensors import Sensor
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import finite_array
+
+
+@dataclass(frozen=True, eq=False)
+class AssociatedReports:
+    """Rows of reports that are believed to come from one target at one instant.
+
+    Parameters
+    ----------
+    sensors : tuple of Sensor
+        The k sensors that saw every row, k >= 2.
+    values : tuple of ndarray
+        One array (n, q) a sensor: its reports in its own components and units.
+    time : ndarray, shape (n,), optional
+        Time of each row, seconds.
+    tracks : ndarray of int, shape (n, k), optional
+        Number of the track that each sensor itself put the report in. Sensors number
+        their tracks independently; a row says which of them were paired.
+
+    Raises
+    ------
+    InvalidInputError
+        Fewer than two sensors, unequal lengths or dimensions, NaN, equal sensor names.
+    """
+
+    sensors: tuple[Sensor, ...]
+    values: tuple[FloatArray, ...]
+    time: FloatArray | None = None
+    tracks: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        names = [sensor.name for sensor in self.sensors]
+        if len(names) < 2:
+            raise InvalidInputError(
+                f"{len(names)} sensor given: a bias shows only where at least two sensors, or a "
+                "sensor and a reference, report the same target."
+            )
+        if len(set(names)) < len(names):
+            raise InvalidInputError(f"sensor names {names} repeat; give each sensor its own.")
+        if len(self.values) != len(names):
+            raise InvalidInputError(f"{len(self.values)} report arrays for {len(names)} sensors.")
+        dims = {sensor.name: sensor.dim for sensor in self.sensors}
+        if len(set(dims.values())) > 1:
+            raise InvalidInputError(f"sensors of different dimension in one row: {dims}.")
+        checked = tuple(s.check(v) for s, v in zip(self.sensors, self.values, strict=True))
+        lengths = {name: len(v) for name, v in zip(names, checked, strict=True)}
+        if len(set(lengths.values())) > 1:
+            raise InvalidInputError(f"associated reports differ in number: {lengths}.")
+        object.__setattr__(self, "values", checked)
+        if self.time is not None:
+            object.__setattr__(self, "time", finite_array("time", self.time, (len(self),)))
+        if self.tracks is not None and np.shape(self.tracks) != (len(self), len(names)):
+            raise InvalidInputError(
+                f"tracks has shape {np.shape(self.tracks)}; expected ({len(self)}, {len(names)})."
+            )
+
+    def __len__(self) -> int:
+        return len(self.values[0])
+
+    def positions(self, *, unbiased: bool = True) -> tuple[FloatArray, ...]:
+        """Convert every sensor's reports to positions (n, d) in the common frame."""
+        pairs = zip(self.sensors, self.values, strict=True)
+        return tuple(sensor.to_cartesian(v, unbiased=unbiased) for sensor, v in pairs)
+
+
+def smoothed_positions(reports: AssociatedReports, window: int = 21) -> tuple[FloatArray, ...]:
+    """Centred running median of every sensor's own tracks: outliers and pairing cannot reach it.
+
+    Parameters
+    ----------
+    reports : AssociatedReports
+        Reports with `time` and `tracks`.
+    window : int
+        Number of reports of the track, odd.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n, d)
+        A smoothed position for each report, in row order, metres.
+
+    Raises
+    ------
+    InvalidInputError
+        No time or tracks, or an even window.
+    """
+    if reports.tracks is None or reports.time is None:
+        raise InvalidInputError("smoothing needs the time and the track number of every report.")
+    if window < 1 or window % 2 == 0:
+        raise InvalidInputError(f"window is {window}; a centred median needs an odd number.")
+    smoothed = []
+    for column, raw in enumerate(reports.positions(unbiased=False)):
+        track = reports.tracks[:, column]
+        order = np.lexsort((reports.time, track))
+        bounds = np.flatnonzero(np.diff(track[order])) + 1
+        out = np.empty_like(raw)
+        for rows in np.split(order, bounds):
+            out[rows] = median_filter(raw[rows], size=(window, 1), mode="nearest")
+        smoothed.append(out)
+    return tuple(smoothed)

@@ -1,0 +1,1 @@
+"""Simulated scenes, one a module: `simulate(...) -> (data, truth)`."""

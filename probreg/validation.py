@@ -1,0 +1,82 @@
+"""Checks shared by every constructor: shapes, finiteness, positive definiteness."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.typing import FloatArray
+
+
+def finite_array(name: str, value: object, shape: tuple[int | None, ...]) -> FloatArray:
+    """Return `value` as a float array after checking its shape and that it is finite.
+
+    Parameters
+    ----------
+    name : str
+        What to call the array in an error.
+    value : array_like
+        The array.
+    shape : tuple of int or None
+        Expected shape; None admits any length on that axis.
+
+    Raises
+    ------
+    InvalidInputError
+        Wrong shape, or a NaN or infinity, with its index.
+    """
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be an array of numbers: {error}") from error
+    fits = array.ndim == len(shape) and all(
+        want is None or got == want for got, want in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        wanted = ", ".join("any" if s is None else str(s) for s in shape)
+        raise InvalidInputError(f"{name} has shape {array.shape}; expected ({wanted}).")
+    if not np.isfinite(array).all():
+        bad = np.argwhere(~np.isfinite(array))
+        where = ", ".join(str(i) for i in bad[0])
+        raise InvalidInputError(
+            f"{name}[{where}] is {array[tuple(bad[0])]} ({len(bad)} non-finite value(s) in all). "
+            "Remove or repair these entries before registration; nothing is dropped silently."
+        )
+    return array
+
+
+def positive_definite(name: str, matrices: FloatArray) -> FloatArray:
+    """Check that a stack of matrices, shape (n, m, m), is symmetric positive definite.
+
+    Raises
+    ------
+    InvalidInputError
+        Names the first offending matrix and its smallest eigenvalue.
+    """
+    asymmetry = np.abs(matrices - np.swapaxes(matrices, -1, -2)).max(axis=(-1, -2), initial=0.0)
+    size = np.abs(matrices).max(axis=(-1, -2), initial=0.0)
+    crooked = np.flatnonzero(asymmetry > 1e-8 * size)
+    if crooked.size:
+        raise InvalidInputError(
+            f"{name}[{crooked[0]}] is not symmetric ({crooked.size} such matrices in all). "
+            "Pass a covariance matrix."
+        )
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        smallest = np.linalg.eigvalsh(matrices)[..., 0]
+        bad = int(np.argmin(smallest / np.maximum(size, np.finfo(float).tiny)))
+        raise InvalidInputError(
+            f"{name}[{bad}] is not positive definite (smallest eigenvalue {smallest[bad]:.3g}). "
+            "Check the sensor accuracies: every one must be above zero, in metres and radians."
+        ) from None
+    return matrices
+
+
+def positive_number(name: str, value: float, *, zero: bool = False) -> float:
+    """Check one finite number above zero (or not below it, with `zero`)."""
+    number = float(value)
+    if not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
+        bound = "zero or more" if zero else "above zero"
+        raise InvalidInputError(f"{name} is {value!r}; it must be finite and {bound}.")
+    return number
