@@ -40,7 +40,11 @@ def write_dataset(path: Path, data: xr.Dataset) -> None:
 def write_json(path: Path, content: Any) -> None:
     """Save JSON, whole or not at all."""
     text = json.dumps(content, indent=2, sort_keys=True)
-    write_whole(path, lambda temporary: temporary.write_text(text + "\n") and None)
+
+    def write(temporary: Path) -> None:
+        temporary.write_text(text + "\n")
+
+    write_whole(path, write)
 
 
 def prepare_folder(folder: Path) -> None:

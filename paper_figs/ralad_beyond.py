@@ -84,8 +84,11 @@ def _figure(cases: dict[int, xr.Dataset], runs: int, out: Path) -> list[Path]:
     ]
     handles.append(plt.Line2D([], [], label="Cramer-Rao bound, all rows clean", **BOUND))
     figure.legend(handles=handles, loc="outside upper center", ncols=5)
-    footnote(figure, f"{runs} runs a case, both sensors pooled, bars: 95 %; symbols: where B and R are "
-                     "evaluated (relinearised: unbiased conversion, fused position)")  # fmt: skip
+    text = (
+        f"{runs} runs a case, both sensors pooled, bars: 95 %; symbols: where B and R are "
+        "evaluated (relinearised: unbiased conversion, fused position)"
+    )
+    footnote(figure, text)
     return save(figure, "ralad_beyond", out)
 
 

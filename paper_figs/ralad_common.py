@@ -8,10 +8,11 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 
 from experiments.results import load_result
 from paper_figs.style import COLOURS, TRUTH, WIDTH, footnote, save
-from probreg.diagnostics import bias
+from probreg.diagnostics import Measured, bias
 
 SOURCE = "Guo et al., Control and Decision (2017)"
 # each bias in the unit that the paper prints
@@ -49,36 +50,46 @@ def draw_estimates(
     data, manifest = load_case("ralad", case, profile, results)
     label, factor, unit = SHOWN[quantity]
     scans = 1 + np.arange(data.sizes["scan"])
-    figure, panels = plt.subplots(1, 2, figsize=(WIDTH, 2.9))
-    for axes, sensor in zip(panels, "ij", strict=True):
+    figure, grid = plt.subplots(2, 2, figsize=(WIDTH, 4.6), sharex=True)
+    for column, sensor in zip(grid.T, "ij", strict=True):
         parameter = f"{sensor}.{quantity}"
         truth = factor * float(data["truth"].sel(parameter=parameter))
-        ends = [truth]
-        for method in ("RLS", "Huber", "RALAD"):
-            runs = factor * data["path"].sel(recursion=method, reading="true", parameter=parameter)
-            measured = bias(runs.transpose("replicate", "scan").values, 0.0)
-            colour = COLOURS[method]
-            axes.plot(scans, measured.value, color=colour, label=method)
-            band = 1.96 * measured.standard_error
-            axes.fill_between(scans, measured.value - band, measured.value + band,
-                              color=colour, alpha=0.2, linewidth=0)  # fmt: skip
-            ends.append(float(measured.value[-1]))
-            ends += list(np.quantile(measured.value[len(scans) // 20 :], [0.02, 0.98]))
         median, error = mean_and_error(data, "LMedS", "true", parameter)
-        axes.errorbar(scans[-1] * 1.02, median, 1.96 * error, fmt="D", markersize=4, capsize=2,
-                      color=COLOURS["LMedS"], label="LMedS (batch)", clip_on=False)  # fmt: skip
-        axes.axhline(truth, label="truth", **TRUTH)
-        margin = 0.12 * (max(ends) - min(ends))
-        axes.set_ylim(min(ends) - margin, max(ends) + margin)
-        axes.set_xlim(0, scans[-1] * 1.03)
-        axes.set_title(f"sensor {sensor}")
-        axes.set_xlabel("scan (0.1 s)")
-        axes.set_ylabel(f"{label} bias ({unit})")
-    panels[0].legend(ncols=2)
+        for axes, methods in zip(
+            column, (("RLS", "Huber", "RALAD"), ("Huber", "RALAD")), strict=True
+        ):
+            ends = [truth, median]
+            for method in methods:
+                runs = data["path"].sel(recursion=method, reading="true", parameter=parameter)
+                measured = bias(factor * runs.transpose("replicate", "scan").values, 0.0)
+                _curve(axes, scans, measured, method)
+                # the first scans are far off in every method and would flatten the rest
+                ends += list(np.quantile(measured.value[len(scans) // 10 :], [0.0, 1.0]))
+            axes.errorbar(scans[-1] * 1.02, median, 1.96 * error, fmt="D", markersize=4,
+                          capsize=2, color=COLOURS["LMedS"], label="LMedS (batch)",
+                          clip_on=False)  # fmt: skip
+            axes.axhline(truth, label="truth", **TRUTH)
+            margin = 0.15 * (max(ends) - min(ends))
+            axes.set_ylim(min(ends) - margin, max(ends) + margin)
+            axes.set_xlim(0, scans[-1] * 1.03)
+            axes.set_ylabel(f"{label} bias ({unit})")
+        column[0].set_title(f"sensor {sensor}")
+        column[1].set_title("without RLS")
+        column[1].set_xlabel("scan (0.1 s)")
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=5)
     footnote(
         figure, _source(manifest, "mean estimate, band: 95 % of the mean; B, R at true position")
     )
     return save(figure, name, out)
+
+
+def _curve(axes: Axes, scans: np.ndarray, measured: Measured, method: str) -> None:
+    """A mean over runs with its 95 % band."""
+    band = 1.96 * measured.standard_error
+    axes.plot(scans, measured.value, color=COLOURS[method], label=method)
+    axes.fill_between(scans, measured.value - band, measured.value + band,
+                      color=COLOURS[method], alpha=0.2, linewidth=0)  # fmt: skip
 
 
 def draw_conditions(name: str, case: int, profile: str, results: Path, out: Path) -> list[Path]:
@@ -109,8 +120,8 @@ def draw_conditions(name: str, case: int, profile: str, results: Path, out: Path
     shift = data["theta_single_shift"].sel(recursion=["Huber", "RALAD"])
     ranges = abs(shift.sel(parameter=["i.range", "j.range"])).max(("replicate", "parameter"))
     text = (
-        f"single precision moves the final range estimates by at most {float(ranges[0]):.2g} m (Huber), "
-        f"{float(ranges[1]):.2g} m (RALAD)"
+        "single precision moves the final range estimates by at most "
+        f"{float(ranges[0]):.2g} m (Huber), {float(ranges[1]):.2g} m (RALAD)"
     )
     footnote(figure, _source(manifest, text))
     return save(figure, name, out)

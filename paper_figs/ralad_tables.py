@@ -80,16 +80,24 @@ def _estimates(
         rows.append([method])
         printed = list(PAPER[case][method][first : first + 3])
         rows.append(["  paper", *_cells(printed, truth, None)])
-        for reading in ("true", "smooth"):
-            measured = [mean_and_error(data, method, reading, p) for p in parameters]
+        for own, reading in _versions(method):
+            measured = [mean_and_error(data, own, reading, p) for p in parameters]
             means, errors = [m for m, _ in measured], [e for _, e in measured]
-            rows.append([f"  ours, {reading}", *_cells(means, truth, errors)])
+            label = f"  ours, {reading}" + (", raw" if own.endswith("raw") else "")
+            rows.append([label, *_cells(means, truth, errors)])
     note = (
-        f"{SOURCE}, Table {number}. Ours: {runs} runs, +- standard error; B and R at the true "
-        "position, or at the\nsmoothed track (no truth needed). LMedS: reweighted. " + NOTES[number]
+        f"{SOURCE}, Table {number}. Ours: {runs} runs, ± standard error; B and R at the true "
+        "position, or at the\nsmoothed track (no truth needed). LMedS: reweighted, and raw. "
+        + NOTES[number]
     )
     title = f"Table {number}. Estimates of sensor {sensor}, case {case}"
     return save_table(f"ralad_table{number}", title, header, rows, note, out)
+
+
+def _versions(method: str) -> list[tuple[str, str]]:
+    """What of ours stands beside a method of the paper: (method, reading)."""
+    versions = [(method, "true"), (method, "smooth")]
+    return [*versions, ("LMedS raw", "true")] if method == "LMedS" else versions
 
 
 def _cells(values: list[float], truth: list[float], errors: list[float] | None) -> list[str]:
@@ -111,7 +119,8 @@ def _times(cases: dict[int, xr.Dataset], out: Path) -> list[Path]:
         rows.append(row)
     header = ["method", "case 1: paper (s)", "ours (ms)", "case 2: paper (s)", "ours (ms)"]
     note = (
-        f"{SOURCE}, Table 6 (laptop of 2010, Matlab). Ours: median over runs, one thread, compiled, "
-        "whole estimate\nwith its checks; conversion and whitening, shared by all, not counted."
+        f"{SOURCE}, Table 6 (laptop of 2010, Matlab). Ours: median over runs, one thread, "
+        "compiled, whole estimate\nwith its checks; conversion and whitening, shared by all, are "
+        "not in it."
     )
     return save_table("ralad_table6", "Table 6. Time of one run", header, rows, note, out)

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -16,8 +17,8 @@ from experiments.results import write_whole
 OUT = Path(__file__).parent / "out"
 WIDTH = 7.0  # inches, a text width
 
-TRUTH = {"color": "0.15", "linewidth": 1.0, "linestyle": (0, (5, 2))}
-BOUND = {"color": "0.15", "linewidth": 1.2, "linestyle": ":"}
+TRUTH: dict[str, Any] = {"color": "0.15", "linewidth": 1.0, "linestyle": (0, (5, 2))}
+BOUND: dict[str, Any] = {"color": "0.15", "linewidth": 1.2, "linestyle": ":"}
 
 # Okabe-Ito, told apart by colour-blind readers; a method keeps its colour in every figure
 COLOURS = {
@@ -39,7 +40,7 @@ COLOURS = {
 @contextmanager
 def look() -> Iterator[None]:
     """Apply the style without touching the user's settings."""
-    settings = {
+    settings: Any = {
         "figure.dpi": 100,
         "savefig.dpi": 200,
         "font.size": 8.5,

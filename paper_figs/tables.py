@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 
@@ -58,7 +60,7 @@ def _render(
     note: str,
     out: Path,
 ) -> list[Path]:
-    line, width = 0.19, len(header)
+    line = 0.19
     notes = note.count("\n") + 1
     height = line * (len(rows) + 2.6 + 0.8 * notes)
     figure, axes = plt.subplots(figsize=(WIDTH, height), layout="none")
@@ -66,12 +68,15 @@ def _render(
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(-(len(rows) + 1.6 + 0.8 * notes), 1.0)
-    first = _first_column(header, rows)
-    edges = [first + (1.0 - first) * (k + 1) / (width - 1) for k in range(width - 1)]
+    edges = _right_edges(header, rows)
     axes.text(0.0, 0.35, title, weight="bold", va="center", fontsize=8.5)
     axes.hlines([-0.2, -1.2], 0.0, 1.0, color="0.2", linewidth=[1.0, 0.6])
     for y, row in enumerate([header, *rows]):
-        style = {"va": "center", "fontsize": 7.5, "weight": "bold" if y == 0 else "normal"}
+        style: dict[str, Any] = {
+            "va": "center",
+            "fontsize": 7.5,
+            "weight": "bold" if y == 0 else "normal",
+        }
         axes.text(0.0, -y - 0.7, row[0], style="italic" if len(row) == 1 else "normal", **style)
         for cell, edge in zip(row[1:], edges, strict=False):
             axes.text(edge, -y - 0.7, cell, ha="right", **style)
@@ -80,6 +85,13 @@ def _render(
     return save(figure, name, out)
 
 
-def _first_column(header: Sequence[str], rows: Sequence[Sequence[str]]) -> float:
-    longest = max(len(row[0]) for row in [header, *rows] if len(row) > 1)
-    return min(0.45, 0.0115 * longest + 0.02)
+def _right_edges(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[float]:
+    """Right edges of the columns after the first, in proportion to what they hold."""
+    table = [header, *(row for row in rows if len(row) > 1)]
+    # mathematics is set in fewer characters than it is written in
+    lengths = [max(len(row[k]) * (0.55 if "$" in row[k] else 1.0) for row in table)
+               for k in range(len(header))]  # fmt: skip
+    widths = [length + 2.0 for length in lengths]
+    total = sum(widths)
+    ends = list(accumulate(width / total for width in widths))
+    return ends[1:]

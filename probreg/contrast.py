@@ -161,8 +161,8 @@ class ReportProblem:
                 R[:, j, :, j - 1, :] -= own
                 R[:, j - 1, :, j, :] -= own
         m = (k - 1) * d
-        B = (B[:, :-1] - B[:, 1:]).reshape(n, m, -1)
-        return _Rows(_differences(positions), B, R.reshape(n, m, m))
+        contrasts = (B[:, :-1] - B[:, 1:]).reshape(n, m, -1)
+        return _Rows(_differences(positions), contrasts, R.reshape(n, m, m))
 
     def _stack(self, rows: list[_Rows]) -> RegistrationProblem:
         R = np.concatenate([self._pad(part.R, axes=2) for part in rows])

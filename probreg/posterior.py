@@ -17,6 +17,7 @@ from probreg.typing import FloatArray
 from probreg.validation import finite_array
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
+_MAX_PASSES = 20  # linearisations; three or four are usual
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +205,8 @@ class Posterior:
             smooth = Posterior(self._at_start, Hyperbolic(scale=scale), self.prior)
             theta = smooth._find_mode(None, max_iterations, 1e-4).theta
         iterations, settled = 0, False
-        for passes in range(1, 21):
+        passes = 0
+        for passes in range(1, _MAX_PASSES + 1):  # noqa: B007
             linear = self.problem.linearise(theta)
             before = theta
             theta, weights, steps, settled = self._reweight(
@@ -258,14 +260,14 @@ class Posterior:
         length = max(1, _CHUNK // max(1, thetas * rows.v.shape[1]))
         cuts = range(0, len(rows.v), length)
         return [
-            Whitened(*(part[a : a + length] for part in (rows.v, rows.A, rows.size, rows.log_det)))
-            for a in cuts
+            Whitened(rows.v[k], rows.A[k], rows.size[k], rows.log_det[k])
+            for k in (slice(a, a + length) for a in cuts)
         ]
 
 
 def _length(step: FloatArray, precision: FloatArray) -> float:
     """Length of a step in standard deviations."""
-    return float(np.sqrt(max(step @ precision @ step, 0.0)))
+    return float(np.sqrt(max(float(step @ precision @ step), 0.0)))
 
 
 def _per_component(weights: FloatArray, v: FloatArray) -> FloatArray:

@@ -23,8 +23,13 @@ from probreg.validation import finite_array, positive_definite
 class Problem(Protocol):
     """What estimators and posteriors ask of a problem, linear or not."""
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the unknowns."""
 
     @property
     def linear(self) -> bool:
@@ -131,11 +136,11 @@ class RegistrationProblem:
         return True
 
     def residual(self, theta: FloatArray) -> FloatArray:
-        """y - B theta, shape (n, m)."""
+        """Residuals y - B theta, shape (n, m)."""
         return self.y - self.B @ np.asarray(theta, dtype=float)
 
     def jacobian(self, theta: FloatArray) -> FloatArray:
-        """-B, shape (n, m, p)."""
+        """Derivative -B, shape (n, m, p)."""
         return -self.B
 
     def linearise(self, theta: FloatArray) -> RegistrationProblem:

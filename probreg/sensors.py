@@ -25,7 +25,9 @@ class Sensor(Protocol):
     A report has `len(bias_names)` components; a bias adds to each of them.
     """
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Prefix of its bias names."""
 
     @property
     def dim(self) -> int:

@@ -20,10 +20,11 @@ from experiments.ralad_methods import (
     readings,
     recursive_methods,
 )
-from probreg.estimators import Lms
+from probreg.estimators import Lms, Recursive
 from probreg.estimators.recursive import innovation_covariances
 from probreg.problem import RegistrationProblem
 from probreg.scenarios.ralad import simulate
+from probreg.typing import FloatArray
 
 Config = RaladConfig
 PROFILES = {"quick": Config(replicates=12), "paper": Config()}
@@ -37,28 +38,11 @@ def replicate(config: RaladConfig, rng: np.random.Generator) -> xr.Dataset:
     recursive = recursive_methods(config)
     lms = Lms("row", config.lms_subsets)
     lms_seed = int(rng.integers(2**31))
-    theta, sd, paths, seconds = [], [], [], []
-    for reading in READINGS:
-        problem = problems[reading]
-        problem.whitened()  # shared by all methods, so not part of their times
-        finals, claims, tracks, times = [], [], [], []
-        for method in recursive.values():
-            began = time.perf_counter()
-            estimate, claim = fit(method, problem, rng)
-            times.append(time.perf_counter() - began)
-            assert estimate.path is not None
-            finals.append(estimate.theta)
-            claims.append(claim)
-            tracks.append(estimate.path[config.scene.targets - 1 :: config.scene.targets])
-        began = time.perf_counter()
-        median, claim = fit(lms, problem, np.random.default_rng(lms_seed))
-        times.append(time.perf_counter() - began)
-        finals += [median.info["raw"], median.theta]
-        claims += [np.full_like(claim, np.nan), claim]
-        for collected, new in zip(
-            (theta, sd, paths, seconds), (finals, claims, tracks, times), strict=True
-        ):
-            collected.append(new)
+    found = [
+        _apply(problems[reading], recursive, lms, lms_seed, config.scene.targets)
+        for reading in READINGS
+    ]
+    theta, sd, paths, seconds = zip(*found, strict=True)
     names = list(recursive)
     values: dict[str, tuple[tuple[str, ...], Any]] = {
         "theta": (("reading", "estimator", "parameter"), theta),
@@ -80,6 +64,32 @@ def replicate(config: RaladConfig, rng: np.random.Generator) -> xr.Dataset:
         parameter=list(problems["true"].names),
         truth=("parameter", truth.bias),
     )
+
+
+def _apply(
+    problem: RegistrationProblem,
+    recursive: dict[str, Recursive],
+    lms: Lms,
+    lms_seed: int,
+    targets: int,
+) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray], list[float]]:
+    """Final estimates, claimed standard deviations, paths by scan and times of all methods."""
+    problem.whitened()  # shared by all methods, so not part of their times
+    finals, claims, paths, seconds = [], [], [], []
+    for method in recursive.values():
+        began = time.perf_counter()
+        estimate, claim = fit(method, problem, np.random.default_rng(lms_seed))
+        seconds.append(time.perf_counter() - began)
+        assert estimate.path is not None
+        finals.append(estimate.theta)
+        claims.append(claim)
+        paths.append(estimate.path[targets - 1 :: targets])
+    began = time.perf_counter()
+    median, claim = fit(lms, problem, np.random.default_rng(lms_seed))
+    seconds.append(time.perf_counter() - began)
+    finals += [median.info["raw"], median.theta]
+    claims += [np.full_like(claim, np.nan), claim]
+    return finals, claims, paths, seconds
 
 
 def _single_precision_shift(config: RaladConfig, problem: RegistrationProblem) -> list[np.ndarray]:

@@ -17,7 +17,7 @@ class Measured(NamedTuple):
     standard_error: FloatArray
 
 
-def bias(estimates: FloatArray, truth: FloatArray) -> Measured:
+def bias(estimates: FloatArray, truth: FloatArray | float) -> Measured:
     """Mean error over runs.
 
     Parameters
@@ -34,7 +34,7 @@ def bias(estimates: FloatArray, truth: FloatArray) -> Measured:
     return Measured(errors.mean(axis=0), errors.std(axis=0, ddof=1) / np.sqrt(len(errors)))
 
 
-def rmse(estimates: FloatArray, truth: FloatArray) -> Measured:
+def rmse(estimates: FloatArray, truth: FloatArray | float) -> Measured:
     """Root mean square error over runs; its standard error by the delta method.
 
     Parameters and errors as for `bias`.
@@ -45,7 +45,7 @@ def rmse(estimates: FloatArray, truth: FloatArray) -> Measured:
     return Measured(value, spread / np.maximum(2.0 * value, np.finfo(float).tiny))
 
 
-def _errors(estimates: FloatArray, truth: FloatArray) -> FloatArray:
+def _errors(estimates: FloatArray, truth: FloatArray | float) -> FloatArray:
     errors = np.asarray(estimates, dtype=float) - truth
     if len(errors) < 2:
         raise InvalidInputError(f"{len(errors)} run(s): a Monte Carlo error needs at least two.")

@@ -36,7 +36,7 @@ def recurse(
     Writes the weights (n, M), the estimate after each row into path (n, p), and P after
     each row into covariances (n, p, p), or nothing if that has length 0.
     """
-    n, width, p = A.shape
+    n, _, p = A.shape
     inverse_unit2 = 1.0 / (unit * unit)
     f = np.empty(p, dtype=v.dtype)
     g = np.empty(p, dtype=v.dtype)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +13,7 @@ from probreg.noise import Hyperbolic, NoiseLaw
 from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
+from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
@@ -69,11 +71,11 @@ class Irls:
         posterior = Posterior(problem, self.noise, prior)
         at = None if self.start is None else self.start.estimate(problem, prior, rng).theta
         mode = posterior.mode(at, self.max_iterations, self.tolerance)
-        try:
+        laplace: FloatArray | None = None
+        sandwich: FloatArray | None = None
+        with suppress(InvalidInputError):  # a loss not curved in every direction claims nothing
             laplace = posterior.laplace_covariance(mode)
             sandwich = posterior.sandwich_covariance(mode)
-        except InvalidInputError:
-            laplace = sandwich = None
         info = {
             "iterations": mode.iterations,
             "relinearisations": mode.relinearisations,

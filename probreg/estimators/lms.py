@@ -16,7 +16,7 @@ from probreg.noise import Gaussian
 from probreg.posterior import Posterior, spd_inverse
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, Whitened
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 
 _CHUNK = 4_000_000  # residuals held at once
@@ -90,21 +90,16 @@ class Lms:
         if prior is not None:
             raise InvalidInputError("Lms takes no prior; use Irls(noise, start=Lms()) with one.")
         posterior = Posterior(problem, Gaussian())
-        theta = np.zeros(len(problem.names))
-        state = None if rng is None else rng.bit_generator.state
-        for _ in range(1 if problem.linear else 2):
-            linear = problem.linearise(theta)
-            if rng is not None:
-                rng.bit_generator.state = state  # the same subsets at both linearisations
-            result = self._search(posterior, linear.whitened(), rng)
-            theta = result.theta
-        return result
-
-    def _search(
-        self, posterior: Posterior, rows: Whitened, rng: np.random.Generator | None
-    ) -> Estimate:
+        rows = problem.linearise(np.zeros(len(problem.names))).whitened()
         p = rows.A.shape[2]
         chosen = self._draw(len(rows.v), p, int(rows.size.min()), rng)
+        result = self._search(posterior, rows, chosen)
+        if problem.linear:
+            return result
+        return self._search(posterior, problem.linearise(result.theta).whitened(), chosen)
+
+    def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
+        p = rows.A.shape[2]
         candidates = _solutions(rows, chosen)
         medians = np.concatenate(
             [np.median(self._squares(rows, part), axis=-1) for part in _parts(candidates, rows)]
@@ -153,7 +148,7 @@ class Lms:
         return v[..., _real(rows)] ** 2
 
 
-def _real(rows: Whitened) -> FloatArray:
+def _real(rows: Whitened) -> BoolArray:
     return np.arange(rows.v.shape[1]) < rows.size[:, None]
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from probreg.errors import InvalidInputError
+from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate
 from probreg.estimators._recursion import recurse
 from probreg.noise import Hyperbolic, NoiseLaw
@@ -15,7 +15,7 @@ from probreg.noise._law import compile_weight
 from probreg.observability import observe
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, RegistrationProblem
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 from probreg.validation import positive_number
 
 UNIT_SCALE = {"m": 1.0, "rad": 1e-3}  # the start P = omega I is meant in metres and milliradians
@@ -93,12 +93,14 @@ class Recursive:
         Returns
         -------
         Estimate
-            `path` follows the order in which rows were taken, `info["order"]`.
+            `path` follows the order in which rows were taken, `info["order"]`;
+            `info["rejected"]` counts rows of weight zero, `info["passes"]` the linearisations.
 
         Raises
         ------
         UnobservableError
-            Without a prior: combinations that the data do not determine.
+            Without a prior: combinations that the data do not determine; or every row was
+            rejected.
         """
         if prior is not None:
             prior.check(problem.names)
@@ -145,11 +147,17 @@ class Recursive:
             path,
             kept,
         )
-        info = {"order": order, "passes": passes}
+        info: dict[str, Any] = {"order": order, "passes": passes}
         scale = np.outer(unit, unit)
         if self.covariance_path:
             info["covariance_path"] = kept * scale
         own = _row_order(weights, order)
+        info["rejected"] = int((own.max(axis=1) == 0.0).sum())
+        if info["rejected"] == n:
+            raise UnobservableError(
+                f"{self.noise!r} rejected all {n} rows from this start, so nothing was learnt. "
+                "Start nearer (prior=...), or take a law that does not reject."
+            )
         return Estimate(
             theta * unit,
             (root @ root.T) * scale,
@@ -199,7 +207,7 @@ def _unit_scales(linear: RegistrationProblem) -> FloatArray:
     return np.array([UNIT_SCALE.get(unit, 1.0) for unit in linear.units])
 
 
-def _row_order(processed: FloatArray, order: FloatArray) -> FloatArray:
+def _row_order(processed: FloatArray, order: IntArray) -> FloatArray:
     out = np.empty_like(processed)
     out[order] = processed
     return out

@@ -13,6 +13,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cache
+from itertools import pairwise
 from typing import Any, ClassVar, Self
 
 import numba
@@ -20,9 +21,9 @@ import numpy as np
 from scipy.special import gammaln
 
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 
-Size = int | FloatArray
+Size = int | FloatArray | IntArray
 WeightFunction = Callable[[float, float, FloatArray], float]
 _SIGNATURE = "float64(float64, float64, float64[::1])"
 
@@ -209,8 +210,10 @@ class NoiseLaw(ABC):
             )
 
         edges = [0.0, *sorted(self.corners), np.inf]
-        pieces = zip(edges[:-1], edges[1:], strict=True)
-        return sum(quad(integrand, a, b, epsabs=0.0, epsrel=1e-10, limit=200)[0] for a, b in pieces)
+        return sum(
+            quad(integrand, a, b, epsabs=0.0, epsrel=1e-10, limit=200)[0]
+            for a, b in pairwise(edges)
+        )
 
     @property
     def corners(self) -> tuple[float, ...]:

@@ -70,8 +70,9 @@ class Huber(NoiseLaw):
         k = np.asarray(self.k, dtype=float)
         inner = 0.5 * m * np.log(2.0 * np.pi) + np.log(gammainc(0.5 * m, 0.5 * k**2))
         sphere = np.log(2.0) + 0.5 * m * np.log(np.pi) - gammaln(0.5 * m)
-        outer = sphere + 0.5 * k**2 + gammaln(m) + np.log(gammaincc(m, k**2)) - m * np.log(k)
-        return inner, outer
+        with np.errstate(divide="ignore"):  # no mass beyond a threshold of 30 and more
+            tail = np.log(gammaincc(m, k**2))
+        return inner, sphere + 0.5 * k**2 + gammaln(m) + tail - m * np.log(k)
 
     def log_normalizer(self, m: int) -> Any:
         """Incomplete gamma functions of both pieces."""

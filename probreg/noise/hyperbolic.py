@@ -104,7 +104,7 @@ class Hyperbolic(ScaleMixture):
         return np.log(2.0) + 0.5 * (m - 1) * np.log(2.0 * np.pi) + order * np.log(mu) + bessel
 
     def unit_covariance_factor(self, m: int) -> Any:
-        """mu K_(m+3)/2(mu) / K_(m+1)/2(mu), which is m + 1 for small mu."""
+        """Mu K_(m+3)/2(mu) / K_(m+1)/2(mu), which is m + 1 for small mu."""
         if self.piecewise_at is not None:
             return super().unit_covariance_factor(m)
         mu, order = np.asarray(self.mu, dtype=float), 0.5 * (m + 1)

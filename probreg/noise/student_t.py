@@ -58,7 +58,7 @@ class StudentT(ScaleMixture):
         return gammaln(0.5 * nu) - gammaln(0.5 * (nu + m)) + 0.5 * m * np.log(nu * np.pi)
 
     def unit_covariance_factor(self, m: int) -> Any:
-        """nu / (nu - 2), infinite for nu <= 2."""
+        """Nu / (nu - 2), infinite for nu <= 2."""
         nu = np.asarray(self.nu, dtype=float)
         with np.errstate(divide="ignore"):
             return np.where(nu > 2.0, nu / np.maximum(nu - 2.0, 0.0), np.inf)[()]

@@ -1,0 +1,116 @@
+"""Every estimator found in probreg.estimators, and recursion and IRLS under every law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import probreg.estimators
+import probreg.noise
+from probreg import GaussianPrior, RegistrationProblem, ReportProblem, UnobservableError
+from probreg.discovery import public_classes
+from probreg.errors import InvalidInputError
+from probreg.estimators import Irls, Lms, Recursive
+from tests.conftest import PAIR_BIAS, linear_problem, polar_reports, radar_pair
+
+LAWS = [cls() for cls in public_classes(probreg.noise).values()]
+ESTIMATORS = [cls() for cls in public_classes(probreg.estimators).values()]
+VARIANTS = [Irls(law) for law in LAWS] + [Recursive(law) for law in LAWS] + [Lms("equation")]
+ALL = ESTIMATORS + VARIANTS
+SCALES = np.array([1.0, 1e-3, 1e-3] * 2)
+
+
+def rng():
+    return np.random.default_rng(17)
+
+
+def test_discovery_finds_the_estimators():
+    expected = {"Irls", "LeastSquares", "Lms", "Recursive"}
+    assert expected <= set(public_classes(probreg.estimators))
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_noiseless_linear_data_give_the_truth(estimator):
+    problem, theta = linear_problem(1, n=200, noise=0.0)
+    estimate = estimator.estimate(problem, rng=rng())
+    # a recursion starts from a diffuse, not an empty, state: 1 / omega remains
+    tolerance = 1e-4 if isinstance(estimator, Recursive) else 1e-8
+    np.testing.assert_allclose(estimate.theta, theta, atol=tolerance)
+    assert estimate.names == problem.names
+    assert estimate.converged
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_noiseless_polar_reports_give_the_bias(estimator):
+    # the unbiased factors presume noise: without it they leave 1e-5 of the range
+    data = polar_reports(radar_pair(), PAIR_BIAS, seed=3, n=300, noise=0.0)
+    estimate = estimator.estimate(ReportProblem(data), rng=rng())
+    np.testing.assert_allclose(estimate.theta / SCALES, PAIR_BIAS / SCALES, atol=0.6)
+    plain = ReportProblem(data).one_shot()
+    assert np.abs(plain.residual(PAIR_BIAS)).max() < np.abs(plain.y).max()
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_swapping_the_sensors_swaps_the_answer(estimator):
+    data = polar_reports(radar_pair(), PAIR_BIAS, seed=4, n=300)
+    swapped = type(data)(data.sensors[::-1], data.values[::-1], data.time)
+    one = estimator.estimate(ReportProblem(data), rng=rng())
+    two = estimator.estimate(ReportProblem(swapped), rng=rng())
+    assert two.names == one.names[3:] + one.names[:3]
+    np.testing.assert_allclose(np.roll(two.theta, 3) / SCALES, one.theta / SCALES, atol=2e-3)
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_the_unit_of_a_parameter_does_not_matter(estimator):
+    problem, theta = linear_problem(2, n=300)
+    factor = np.array([1.0, 1e3, 1.0, 1e-2])
+    other = RegistrationProblem(problem.y, problem.B / factor, problem.R)
+    # omega is a variance in the problem's units, so a recursion is given its start
+    start = None, None
+    if isinstance(estimator, Recursive):
+        start = tuple(GaussianPrior.from_sd(30.0 * f) for f in (np.ones(4), factor))
+    one = estimator.estimate(problem, start[0], rng())
+    two = estimator.estimate(other, start[1], rng())
+    np.testing.assert_allclose(two.theta / factor, one.theta, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_same_seed_same_answer(estimator, small_ralad):
+    data, truth = small_ralad
+    problem = ReportProblem(data).one_shot([truth.positions])
+    one, two = (estimator.estimate(problem, rng=rng()) for _ in range(2))
+    np.testing.assert_array_equal(one.theta, two.theta)
+    np.testing.assert_array_equal(one.weights, two.weights)
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_weights_have_the_documented_shape(estimator):
+    problem, _ = linear_problem(6, n=90)
+    weights = estimator.estimate(problem, rng=rng()).weights
+    assert weights.shape in {(90,), (90, 3)}
+    assert (weights >= 0.0).all()
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_what_the_data_do_not_determine_is_refused_by_name(estimator):
+    first, second = radar_pair()
+    same = type(first)(
+        first.position, second.sigma_range, second.sigma_azimuth, second.sigma_elevation, "j"
+    )
+    data = polar_reports((first, same), PAIR_BIAS, seed=8)
+    with pytest.raises(UnobservableError, match=r"i\.range \+ j\.range"):
+        estimator.estimate(ReportProblem(data), rng=rng())
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_fewer_rows_than_parameters_is_refused(estimator):
+    problem, _ = linear_problem(9, n=1, m=3, p=4)
+    with pytest.raises((UnobservableError, InvalidInputError), match=r"3 equations|subset"):
+        estimator.estimate(problem, rng=rng())
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_printing_an_estimate_names_the_unknowns(estimator):
+    problem, _ = linear_problem(10, n=100)
+    text = str(estimator.estimate(problem, rng=rng()))
+    assert all(name in text for name in problem.names)
