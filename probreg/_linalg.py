@@ -23,12 +23,14 @@ def inverse_roots(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
         _diagonalise(D, V)
         for k in range(m):
             log_det[i] += np.log(D[k, k])
+            D[k, k] = 1.0 / np.sqrt(D[k, k])
         for a in range(m):
-            for b in range(m):
+            for b in range(a + 1):
                 s = 0.0
                 for k in range(m):
-                    s += V[a, k] * V[b, k] / np.sqrt(D[k, k])
+                    s += V[a, k] * V[b, k] * D[k, k]
                 roots[i, a, b] = s
+                roots[i, b, a] = s
     return roots, log_det
 
 
@@ -40,7 +42,7 @@ def _diagonalise(D: FloatArray, V: FloatArray) -> None:
         clean = True
         for p in range(m - 1):
             for q in range(p + 1, m):
-                if abs(D[p, q]) <= 1e-17 * np.sqrt(abs(D[p, p] * D[q, q])):
+                if D[p, q] * D[p, q] <= 1e-32 * abs(D[p, p] * D[q, q]):
                     continue
                 clean = False
                 ratio = (D[q, q] - D[p, p]) / (2.0 * D[p, q])
@@ -55,6 +57,22 @@ def _diagonalise(D: FloatArray, V: FloatArray) -> None:
                     V[k, p], V[k, q] = c * V[k, p] - s * V[k, q], s * V[k, p] + c * V[k, q]
         if clean:
             return
+
+
+@numba.njit(cache=True)
+def weighted_gram(J: FloatArray, variances: FloatArray) -> FloatArray:
+    """Products J diag(variances) J' of a stack (n, d, q), shape (n, d, d)."""
+    n, d, q = J.shape
+    out = np.empty((n, d, d))
+    for i in range(n):
+        for a in range(d):
+            for b in range(a + 1):
+                s = 0.0
+                for k in range(q):
+                    s += J[i, a, k] * variances[k] * J[i, b, k]
+                out[i, a, b] = s
+                out[i, b, a] = s
+    return out
 
 
 @numba.njit(cache=True)
@@ -83,12 +101,13 @@ def precision_weighted_mean(covariances: FloatArray, positions: FloatArray) -> F
 
 @numba.njit(cache=True)
 def _cholesky(matrix: FloatArray, root: FloatArray) -> None:
+    """Lower triangular factor, its diagonal inverted: divisions are what costs here."""
     for a in range(matrix.shape[0]):
         for b in range(a + 1):
             s = matrix[a, b]
             for k in range(b):
                 s -= root[a, k] * root[b, k]
-            root[a, b] = np.sqrt(s) if a == b else s / root[b, b]
+            root[a, b] = 1.0 / np.sqrt(s) if a == b else s * root[b, b]
 
 
 @numba.njit(cache=True)
@@ -98,8 +117,8 @@ def _solve(root: FloatArray, x: FloatArray) -> None:
     for a in range(d):
         for k in range(a):
             x[a] -= root[a, k] * x[k]
-        x[a] /= root[a, a]
+        x[a] *= root[a, a]
     for a in range(d - 1, -1, -1):
         for k in range(a + 1, d):
             x[a] -= root[k, a] * x[k]
-        x[a] /= root[a, a]
+        x[a] *= root[a, a]

@@ -12,6 +12,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from probreg import geometry
+from probreg._linalg import weighted_gram
 from probreg.errors import InvalidInputError
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_definite, positive_number
@@ -125,8 +126,7 @@ class _Radar:
 
     def covariance(self, positions: FloatArray) -> FloatArray:
         """Covariance (n, d, d) of a converted report, first order in the report noise."""
-        root = self.sensitivity(positions) * self.sigmas
-        return root @ np.swapaxes(root, -1, -2)
+        return weighted_gram(np.ascontiguousarray(self.sensitivity(positions)), self.sigmas**2)
 
     def sample_noise(self, rng: np.random.Generator, n: int) -> FloatArray:
         """Draw n Gaussian report errors, shape (n, q)."""

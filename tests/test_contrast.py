@@ -62,7 +62,14 @@ def test_linearised_problem_is_tangent(pair_problem):
     linear = pair_problem.linearise(theta)
     np.testing.assert_allclose(linear.residual(theta), pair_problem.residual(theta), atol=1e-9)
     np.testing.assert_allclose(linear.jacobian(theta), pair_problem.jacobian(theta))
-    assert linear.names == ("i.range", "i.azimuth", "i.elevation", "j.range", "j.azimuth", "j.elevation")
+    assert linear.names == (
+        "i.range",
+        "i.azimuth",
+        "i.elevation",
+        "j.range",
+        "j.azimuth",
+        "j.elevation",
+    )
     assert linear.units == ("m", "rad", "rad") * 2
 
 
@@ -74,14 +81,13 @@ def test_the_fused_position_is_the_precision_weighted_mean(pair_problem):
     for _ in range(2):
         weights = [np.linalg.inv(s.covariance(w)) for s, w in zip(data.sensors, where, strict=True)]
         fused = np.stack(
-            [
-                np.linalg.solve(a + b, a @ p + b @ q)
-                for a, b, p, q in zip(*weights, *x, strict=True)
-            ]
+            [np.linalg.solve(a + b, a @ p + b @ q) for a, b, p, q in zip(*weights, *x, strict=True)]
         )
         where = (fused, fused)
     expected = [s.sensitivity(fused) for s in data.sensors]
-    np.testing.assert_allclose(linear.B, np.concatenate([expected[0], -expected[1]], axis=2), rtol=1e-8)
+    np.testing.assert_allclose(
+        linear.B, np.concatenate([expected[0], -expected[1]], axis=2), rtol=1e-8
+    )
 
 
 def three_sensors():

@@ -47,7 +47,9 @@ def test_azimuth_from_north_is_its_own_inverse(angle):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_jacobian_against_complex_steps(dim):
     rng = np.random.default_rng(0)
-    polar = np.column_stack([rng.uniform(1e3, 3e4, 20), rng.uniform(-3, 3, 20), rng.uniform(-1, 1, 20)])
+    polar = np.column_stack(
+        [rng.uniform(1e3, 3e4, 20), rng.uniform(-3, 3, 20), rng.uniform(-1, 1, 20)]
+    )
     polar = polar[:, :dim]
 
     def convert(z):

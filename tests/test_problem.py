@@ -22,7 +22,13 @@ def test_whitening_is_by_the_symmetric_root(m):
 
 
 def test_whitening_of_nearly_singular_and_diagonal_covariances():
-    R = np.stack([np.diag([1e-8, 1.0, 1e8]), np.eye(3) + 1e-12, [[1, 0.999999, 0], [0.999999, 1, 0], [0, 0, 4]]])
+    R = np.stack(
+        [
+            np.diag([1e-8, 1.0, 1e8]),
+            np.eye(3) + 1e-12,
+            [[1, 0.999999, 0], [0.999999, 1, 0], [0, 0, 4]],
+        ]
+    )
     problem = RegistrationProblem(np.ones((3, 3)), np.ones((3, 3, 1)), R)
     white = problem.whitened()
     for k in range(3):
@@ -153,7 +159,10 @@ class TestPosterior:
         thetas = np.random.default_rng(1).normal(size=(2, 4))
         steps = 1e-5 * np.eye(4)
         numeric = np.stack(
-            [(posterior.log_prob(thetas + s) - posterior.log_prob(thetas - s)) / 2e-5 for s in steps],
+            [
+                (posterior.log_prob(thetas + s) - posterior.log_prob(thetas - s)) / 2e-5
+                for s in steps
+            ],
             axis=-1,
         )
         np.testing.assert_allclose(posterior.grad_log_prob(thetas), numeric, rtol=1e-6, atol=1e-5)

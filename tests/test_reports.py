@@ -10,7 +10,12 @@ from tests.conftest import PAIR_BIAS, polar_reports, radar_pair
 
 
 def rebuilt(data, **changes):
-    fields = {"sensors": data.sensors, "values": data.values, "time": data.time, "tracks": data.tracks}
+    fields = {
+        "sensors": data.sensors,
+        "values": data.values,
+        "time": data.time,
+        "tracks": data.tracks,
+    }
     return AssociatedReports(**{**fields, **changes})
 
 
@@ -56,9 +61,7 @@ def test_sensor_names_must_differ(data):
 
 def test_sensors_of_a_row_must_have_one_dimension(data, flat_pair):
     with pytest.raises(InvalidInputError, match="different dimension"):
-        AssociatedReports(
-            (data.sensors[0], flat_pair[1]), (data.values[0], data.values[1][:, :2])
-        )
+        AssociatedReports((data.sensors[0], flat_pair[1]), (data.values[0], data.values[1][:, :2]))
 
 
 def test_running_median_follows_the_track_and_ignores_outliers_and_pairing():

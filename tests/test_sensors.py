@@ -19,7 +19,9 @@ SENSORS = [
 
 def positions(sensor, n=15):
     rng = np.random.default_rng(3)
-    return rng.uniform(2e3, 2e4, (n, sensor.dim)) * np.where(rng.random((n, sensor.dim)) < 0.5, -1, 1)
+    return rng.uniform(2e3, 2e4, (n, sensor.dim)) * np.where(
+        rng.random((n, sensor.dim)) < 0.5, -1, 1
+    )
 
 
 @pytest.mark.parametrize("sensor", SENSORS, ids=repr)

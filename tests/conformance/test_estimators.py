@@ -62,7 +62,7 @@ def test_swapping_the_sensors_swaps_the_answer(estimator):
 
 @pytest.mark.parametrize("estimator", ALL, ids=repr)
 def test_the_unit_of_a_parameter_does_not_matter(estimator):
-    problem, theta = linear_problem(2, n=300)
+    problem, _theta = linear_problem(2, n=300)
     factor = np.array([1.0, 1e3, 1.0, 1e-2])
     other = RegistrationProblem(problem.y, problem.B / factor, problem.R)
     # omega is a variance in the problem's units, so a recursion is given its start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -70,7 +71,7 @@ def test_density_integrates_to_one(law, m):
         return sphere * radius ** (m - 1) * np.exp(law.log_density(v)[0])
 
     edges = [0.0, *sorted({1.7 * c for c in law.corners} | {3.0, 30.0, 300.0}), np.inf]
-    total = sum(quad(shell, a, b, limit=200)[0] for a, b in zip(edges, edges[1:], strict=False))
+    total = sum(quad(shell, a, b, limit=200)[0] for a, b in itertools.pairwise(edges))
     assert total == pytest.approx(1.0, abs=1e-7)
 
 
@@ -115,7 +116,7 @@ def radius_probabilities(law, edges, m):
     corners, masses, low = sorted(1.7 * c for c in law.corners), [], 0.0
     for edge in edges:
         points = [low, *(c for c in corners if low < c < edge), edge]
-        masses.append(sum(quad(shell, a, b)[0] for a, b in zip(points, points[1:], strict=False)))
+        masses.append(sum(quad(shell, a, b)[0] for a, b in itertools.pairwise(points)))
         low = edge
     return np.array([*masses, 1.0 - sum(masses)])
 
@@ -146,7 +147,7 @@ def test_a_sampler_of_the_wrong_scale_fails_that_test(law):
 @pytest.mark.parametrize("m", [1, 2, 3])
 def test_covariance_factor_against_quadrature(law, m):
     law = dataclasses.replace(law, **unit(law))
-    unit_law = dataclasses.replace(law, **{k: 1.0 for k in unit(law)})
+    unit_law = dataclasses.replace(law, **dict.fromkeys(unit(law), 1.0))
     mass = unit_law.radial_integral(np.ones_like, m)
     second = unit_law.radial_integral(lambda d2: d2, m)
     assert law.covariance_factor(m) == pytest.approx(1.7**2 * second / (m * mass), rel=1e-7)
@@ -162,7 +163,7 @@ def test_information_factor_against_the_curvature_of_the_density(law):
         return ((high - low) / (2 * h)) ** 2 * np.exp(law.log_density(np.array([[x]]))[0])
 
     edges = [1e-9, *sorted({1e-4, 1e-2, 3.0, 30.0, 300.0} | set(law.corners)), np.inf]
-    total = 2.0 * sum(quad(score2, a, b)[0] for a, b in zip(edges, edges[1:], strict=False))
+    total = 2.0 * sum(quad(score2, a, b)[0] for a, b in itertools.pairwise(edges))
     assert law.information_factor(1) == pytest.approx(total, rel=2e-3)
 
 

@@ -155,7 +155,9 @@ def test_relinearised_estimate_is_stationary():
 
 def test_redescending_laws_start_from_least_absolute_deviation():
     problem, theta = contaminated()
-    far = RegistrationProblem(problem.y + 500.0 * (np.arange(300)[:, None] < 60), problem.B, problem.R)
+    far = RegistrationProblem(
+        problem.y + 500.0 * (np.arange(300)[:, None] < 60), problem.B, problem.R
+    )
     good = Irls(Tukey()).estimate(far)
     assert np.abs(good.theta - theta).max() < 0.5
     started = Irls(Tukey(), start=Lms(subsets=500)).estimate(far, rng=np.random.default_rng(0))

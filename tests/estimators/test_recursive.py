@@ -93,7 +93,9 @@ def test_every_prefix_of_the_path_is_a_batch_solution():
     path = Recursive(Gaussian()).estimate(problem, prior).path
     for k in (1, 2, 7, 30):
         part = RegistrationProblem(problem.y[:k], problem.B[:k], problem.R[:k])
-        np.testing.assert_allclose(path[k - 1], LeastSquares().estimate(part, prior).theta, rtol=1e-9)
+        np.testing.assert_allclose(
+            path[k - 1], LeastSquares().estimate(part, prior).theta, rtol=1e-9
+        )
 
 
 def test_rows_are_taken_in_order_of_time():
@@ -132,7 +134,9 @@ def test_covariance_stays_positive_definite_in_plain_si_units(small_ralad):
     correlation = estimate.info["covariance_path"] / (scale[:, :, None] * scale[:, None, :])
     assert np.linalg.eigvalsh(correlation).min() > -1e-9
     reference = Recursive(Hyperbolic()).estimate(si)
-    np.testing.assert_allclose(estimate.theta / PAPER_UNITS, reference.theta / PAPER_UNITS, atol=0.1)
+    np.testing.assert_allclose(
+        estimate.theta / PAPER_UNITS, reference.theta / PAPER_UNITS, atol=0.1
+    )
 
 
 def test_a_rejected_row_leaves_the_state_alone():

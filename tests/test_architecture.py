@@ -1,0 +1,94 @@
+"""The house stays a house: imports run downwards, and the package stays light."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import probreg
+from probreg.discovery import public_classes
+
+PACKAGE = Path(probreg.__file__).parent
+# lower rooms first; a module may import its own room and those before it
+ROOMS = [
+    {"errors", "typing", "discovery"},
+    {"validation", "_linalg"},
+    {"geometry"},
+    {"sensors"},
+    {"reports", "scenarios", "observability", "prior"},
+    {"problem"},
+    {"contrast", "noise"},
+    {"posterior"},
+    {"estimators"},
+    {"diagnostics"},
+    {"report"},
+]
+LEVEL = {name: level for level, names in enumerate(ROOMS) for name in names}
+
+
+def modules():
+    return [path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py"]
+
+
+def room(path):
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_run_downwards(path):
+    own = room(path)
+    assert own in LEVEL, f"{own} has no place in the house; give it one in ROOMS"
+    for name in imported(path):
+        parts = name.split(".")
+        if parts[0] != "probreg" or len(parts) < 2 or parts[1] not in LEVEL:
+            continue
+        assert LEVEL[parts[1]] <= LEVEL[own], f"{own} imports {parts[1]}"
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_computing_never_plots_and_studies_stay_outside(path):
+    forbidden = {"experiments", "paper_figs", "tests"} | (
+        set() if room(path) in {"report", "cli"} else {"matplotlib"}
+    )
+    assert not {name.split(".")[0] for name in imported(path)} & forbidden
+
+
+def test_importing_probreg_loads_no_heavy_package():
+    code = "import probreg, sys; print(*sorted(sys.modules))"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    names = set(loaded.stdout.split())
+    assert not names & {"torch", "pyro", "arviz", "matplotlib", "pandas", "xarray", "scipy.stats"}
+
+
+def test_a_module_with_two_public_classes_is_found_out(tmp_path, monkeypatch):
+    package = tmp_path / "crowded"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "pair.py").write_text("class One: ...\nclass Two: ...\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    import crowded
+
+    with pytest.raises(TypeError, match=r"must define one public class, not \['One', 'Two'\]"):
+        public_classes(crowded)
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_global_random_state(path):
+    text = path.read_text()
+    for word in ("np.random.seed", "np.random.normal", "np.random.rand", "random.seed"):
+        assert word not in text
