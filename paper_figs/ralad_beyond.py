@@ -25,7 +25,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     data = {case: loaded for case, (loaded, _) in cases.items()}
     paths = _figure(data, runs, out)
     for case, loaded in data.items():
-        paths += _table(case, loaded, runs, out)
+        paths += _tables(case, loaded, runs, out)
     return paths
 
 
@@ -92,25 +92,34 @@ def _figure(cases: dict[int, xr.Dataset], runs: int, out: Path) -> list[Path]:
     return save(figure, "ralad_beyond", out)
 
 
-def _table(case: int, data: xr.Dataset, runs: int, out: Path) -> list[Path]:
-    header = ["RMSE (bias)", "range i", "azimuth i", "elevation i",
-              "range j", "azimuth j", "elevation j"]  # fmt: skip
-    rows: list[list[str]] = []
-    for reading in data["reading"].values:
-        rows.append([f"B, R: {reading}"])
-        for method in data["estimator"].values:
-            cells = []
-            for parameter in PARAMETERS:
-                drift, error = _measure(data, str(method), str(reading), parameter)
-                cells.append(f"{error.value:.3g}±{error.standard_error:.1g} ({drift.value:+.2g})")
-            if "nan" not in cells[0]:
-                rows.append([f"  {method}", *cells])
-    bound = data["bound_sd"].mean("replicate")
-    rows.append(["Cramer-Rao bound", *(f"{unit_factor(p) * float(bound.sel(parameter=p)):.3g}"
-                                       for p in PARAMETERS)])  # fmt: skip
+def _tables(case: int, data: xr.Dataset, runs: int, out: Path) -> list[Path]:
     note = (
-        f"{runs} runs; m and mrad; RMSE ± its standard error, mean error in brackets. The bound is "
-        f"for all rows clean; here {float(data['clean_share'].mean()):.0%} are."
+        f"{runs} runs, ± standard error; m and mrad. The bound is for all rows clean; here "
+        f"{float(data['clean_share'].mean()):.0%} are."
     )
-    title = f"Beyond the paper, {TITLES[case]}"
-    return save_table(f"ralad_beyond_case{case}", title, header, rows, note, out)
+    bound = data["bound_sd"].mean("replicate")
+    bounds = [unit_factor(p) * float(bound.sel(parameter=p)) for p in PARAMETERS]
+    last = ["Cramer-Rao bound", *(_number(b, p) for b, p in zip(bounds, PARAMETERS, strict=True))]
+    paths = []
+    for which, name in enumerate(("bias", "RMSE")):
+        header = [name, *(f"{p[2:]} {p[0]}" for p in PARAMETERS)]
+        rows: list[list[str]] = []
+        for reading in data["reading"].values:
+            rows.append([f"B, R: {reading}"])
+            for method in data["estimator"].values:
+                found = [_measure(data, str(method), str(reading), p)[which] for p in PARAMETERS]
+                if np.isfinite(found[0].value):
+                    rows.append([f"  {method}", *map(_cell, found, PARAMETERS)])
+        title = f"Beyond the paper, {TITLES[case]}: {name}"
+        label = f"ralad_beyond_case{case}_{name.lower()}"
+        paths += save_table(label, title, header, [*rows, *([last] if which else [])], note, out)
+    return paths
+
+
+def _number(value: float, parameter: str) -> str:
+    return f"{value:.{2 if parameter.endswith('range') else 3}f}"
+
+
+def _cell(measured: Measured, parameter: str) -> str:
+    value, error = float(measured.value), float(measured.standard_error)
+    return f"{_number(value, parameter)} ± {_number(error, parameter)}"

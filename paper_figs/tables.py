@@ -68,13 +68,14 @@ def _render(
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(-(len(rows) + 1.6 + 0.8 * notes), 1.0)
-    edges = _right_edges(header, rows)
+    edges, length = _right_edges(header, rows)
+    size = min(7.5, 7.5 * 112.0 / length)  # so many characters fit the width at 7.5 points
     axes.text(0.0, 0.35, title, weight="bold", va="center", fontsize=8.5)
     axes.hlines([-0.2, -1.2], 0.0, 1.0, color="0.2", linewidth=[1.0, 0.6])
     for y, row in enumerate([header, *rows]):
         style: dict[str, Any] = {
             "va": "center",
-            "fontsize": 7.5,
+            "fontsize": size,
             "weight": "bold" if y == 0 else "normal",
         }
         axes.text(0.0, -y - 0.7, row[0], style="italic" if len(row) == 1 else "normal", **style)
@@ -85,13 +86,14 @@ def _render(
     return save(figure, name, out)
 
 
-def _right_edges(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[float]:
-    """Right edges of the columns after the first, in proportion to what they hold."""
+def _right_edges(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[float], float]:
+    """Right edges of the columns after the first, by what they hold, and the characters in all."""
     table = [header, *(row for row in rows if len(row) > 1)]
     # mathematics is set in fewer characters than it is written in
-    lengths = [max(len(row[k]) * (0.55 if "$" in row[k] else 1.0) for row in table)
-               for k in range(len(header))]  # fmt: skip
+    lengths = [
+        max(len(row[k]) * (0.55 if "$" in row[k] else 1.0) for row in table)
+        for k in range(len(header))
+    ]
     widths = [length + 2.0 for length in lengths]
     total = sum(widths)
-    ends = list(accumulate(width / total for width in widths))
-    return ends[1:]
+    return list(accumulate(width / total for width in widths))[1:], total

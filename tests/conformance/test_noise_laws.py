@@ -34,7 +34,8 @@ def unit(law):
 
 def test_discovery_finds_the_eight_laws():
     assert set(public_classes(probreg.noise)) == {
-        "Gaussian", "Hyperbolic", "StudentT", "Contaminated", "Huber", "Igg3", "HardReject", "Tukey",
+        "Gaussian", "Hyperbolic", "StudentT", "Contaminated",
+        "Huber", "Igg3", "HardReject", "Tukey",
     }  # fmt: skip
 
 

@@ -58,7 +58,12 @@ def test_all_figures_of_the_paper_are_there():
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
     out, done = drawn
-    for name in [*PAPER[:8], "ralad_beyond", *(f"ralad_table{k}" for k in range(1, 7))]:
+    for name in [
+        *PAPER[:8],
+        "ralad_beyond",
+        *(f"ralad_table{k}" for k in range(1, 7)),
+        "ralad_beyond_case1_rmse",
+    ]:
         assert (out / f"{name}.pdf").read_bytes().startswith(b"%PDF")
         assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert str(out / f"{name}.pdf") in done.stdout
@@ -150,7 +155,7 @@ def test_drawing_never_computes():
 def test_conditions_are_what_numpy_says(results):
     data, _ = load_result("ralad", "quick,case=1", results)
     ratio = data["log_condition_ratio"].values
-    assert ratio.shape == (2, 800)
+    assert ratio.shape == (2, 2, 800)
     assert np.isfinite(ratio).all()
     # Huber's weights differ between components only where there are outliers
     assert (np.abs(ratio) > 0.01).mean() < 0.9
