@@ -16,6 +16,7 @@ from probreg.noise import Gaussian, Huber, Hyperbolic
 from probreg.problem import Problem, RegistrationProblem
 from probreg.reports import AssociatedReports, smoothed_positions
 from probreg.scenarios.ralad import CASES, RaladScene, RaladTruth
+from probreg.typing import FloatArray
 
 READINGS = ("true", "smooth", "measured")
 
@@ -79,7 +80,7 @@ def recursive_methods(config: RaladConfig) -> dict[str, Recursive]:
 
 def fit(
     method: Estimator, problem: Problem, rng: np.random.Generator
-) -> tuple[Estimate, np.ndarray]:
+) -> tuple[Estimate, FloatArray]:
     """Estimate and claimed standard deviations (NaN where none is claimed)."""
     estimate = method.estimate(problem, rng=rng)
     sd = np.full(estimate.theta.size, np.nan) if estimate.sd is None else estimate.sd

@@ -14,6 +14,7 @@ from typing import Any
 
 import xarray as xr
 
+import probreg
 from experiments.study import StudyError
 
 ROOT = Path(__file__).parent / "results"
@@ -96,18 +97,21 @@ def load_result(study: str, label: str, root: Path = ROOT) -> tuple[xr.Dataset, 
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("status") != "complete":
         raise StudyError(f"no finished result {study}/{label} in {root}. Make it with: {command}")
-    parts = []
-    for name in ("results.nc", "timing.nc"):
+    require_intact(folder, manifest, command)
+    parts = [xr.load_dataset(folder / name, engine="h5netcdf") for name in manifest["sha256"]]
+    return xr.merge(parts, combine_attrs="override"), manifest
+
+
+def require_intact(folder: Path, manifest: dict[str, Any], command: str = "") -> None:
+    """Raise StudyError if a result file is not the one that was saved."""
+    for name, known in manifest["sha256"].items():
         path = folder / name
-        if name not in manifest["sha256"]:
-            continue
-        if not path.exists() or file_hash(path) != manifest["sha256"][name]:
+        if not path.exists() or file_hash(path) != known:
+            remedy = f"make it again with: {command}" if command else "run again."
             raise StudyError(
                 f"{path} is damaged or missing: its contents are not those that were saved. "
-                f"Delete {folder} and make it again with: {command}"
+                f"Delete {folder} and {remedy}"
             )
-        parts.append(xr.load_dataset(path, engine="h5netcdf"))
-    return xr.merge(parts, combine_attrs="override"), manifest
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
@@ -121,9 +125,12 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     path = folder / "manifest.json"
     try:
         manifest: dict[str, Any] = json.loads(path.read_text())
-    except FileNotFoundError:
+        missing = {"config", "status", "code"} - set(manifest)
+        if missing:
+            raise ValueError(f"no entry {sorted(missing)}")
+    except (FileNotFoundError, NotADirectoryError):
         return None
-    except ValueError as error:
+    except (ValueError, TypeError) as error:
         raise StudyError(f"{path} is damaged ({error}). Delete {folder} and run again.") from error
     return manifest
 
@@ -134,9 +141,21 @@ def file_hash(path: Path) -> str:
 
 
 def provenance() -> dict[str, Any]:
-    """Versions, commit and platform that a result was made with."""
+    """Versions, commit, source hash and Python that a result was made with."""
     versions = {name: importlib.metadata.version(name) for name in PACKAGES}
-    return {"versions": versions, "python": sys.version.split()[0], "commit": _commit()}
+    python = sys.version.split()[0]
+    return {"versions": versions, "python": python, "commit": _commit(), "code": code_hash()}
+
+
+def code_hash() -> str:
+    """Hash of everything that results depend on: our computing sources and the versions."""
+    digest = hashlib.sha256()
+    for package in (Path(probreg.__file__).parent, Path(__file__).parent):
+        for path in sorted(package.rglob("*.py")):
+            digest.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
+    for name in PACKAGES[1:]:
+        digest.update(f"{name} {importlib.metadata.version(name)}".encode())
+    return digest.hexdigest()
 
 
 def _commit() -> str:

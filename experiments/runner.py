@@ -8,6 +8,7 @@ all are there; a run that was stopped, even by `kill -9`, goes on with the missi
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import time
 import traceback
@@ -18,6 +19,7 @@ from typing import Any
 import joblib
 import numpy as np
 import xarray as xr
+from filelock import FileLock, Timeout
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -34,6 +36,7 @@ from experiments.results import (
     prepare_folder,
     provenance,
     read_manifest,
+    require_intact,
     write_dataset,
     write_json,
 )
@@ -79,30 +82,49 @@ def run_study(
         (each recorded with its error, the others kept).
     """
     folder = root / study.name / label
-    prepare_folder(folder)
     resolved = json.loads(json.dumps(config.resolved()))
+    made_with = provenance()
     manifest = read_manifest(folder)
     if manifest is not None and manifest["config"] != resolved:
         raise StudyError(
             f"{folder} was made with other settings than these. Delete it, or give another "
             "folder with --results."
         )
-    if manifest is not None and manifest.get("status") == "complete" and _intact(folder, manifest):
+    current = manifest is not None and manifest["code"] == made_with["code"]
+    if manifest is not None and manifest["status"] == "complete" and current:
+        require_intact(folder, manifest)
         console.print(f"{study.name} {label}: already there")
         return folder
-    started = time.time()
-    spent = 0.0 if manifest is None else float(manifest.get("wall_time_s", 0.0))
-    manifest = {
-        "study": study.name,
-        "label": label,
-        "config": resolved,
-        "status": "running",
-        "wall_time_s": spent,
-        **provenance(),
-    }
+    prepare_folder(folder)
+    try:
+        lock = FileLock(folder / ".lock").acquire(timeout=0)
+    except Timeout:
+        raise StudyError(
+            f"another process is running {study.name} {label} in {folder}. Wait for it, or give "
+            "another folder with --results."
+        ) from None
+    with lock:
+        if manifest is not None and not current:
+            console.print(f"{study.name} {label}: the code has changed since, computed anew")
+            for part in folder.glob("parts/*.nc"):
+                part.unlink()
+        _run(study, label, config, folder, jobs, console, {
+            "study": study.name, "label": label, "config": resolved, "status": "running",
+            "wall_time_s": float(manifest["wall_time_s"]) if manifest and current else 0.0,
+            **made_with,
+        })  # fmt: skip
+    return folder
+
+
+def _run(
+    study: Study, label: str, config: Any, folder: Path, jobs: int, console: Console,
+    manifest: dict[str, Any],
+) -> None:  # fmt: skip
+    """Compute what is missing in a folder that is ours alone."""
+    started, spent = time.time(), manifest["wall_time_s"]
     write_json(folder / "manifest.json", manifest)
     for stale in folder.glob("parts/.*.tmp"):
-        stale.unlink()  # half-written when an earlier run was killed
+        stale.unlink(missing_ok=True)  # half-written when an earlier run was killed
     todo = [k for k in range(config.replicates) if not _part_is_whole(_part(folder, k))]
     try:
         failed = _run_missing(study.name, config, folder, todo, jobs, console, label)
@@ -119,7 +141,6 @@ def run_study(
             f"{folder / 'manifest.json'}; the others are kept and a rerun tries only these."
         )
     _finish(folder, config, manifest)
-    return folder
 
 
 def draw_replicate(study_name: str, config: Any, index: int) -> xr.Dataset:
@@ -129,7 +150,10 @@ def draw_replicate(study_name: str, config: Any, index: int) -> xr.Dataset:
         return load_study(study_name).replicate(config, np.random.default_rng(seed))
 
 
-def _one(study_name: str, config: Any, folder: Path, index: int) -> Outcome:
+def _one(study_name: str, config: Any, folder: Path, index: int, runner: int) -> Outcome:
+    """Compute and save one replicate, unless the process that asked for it is gone."""
+    if runner not in (os.getpid(), os.getppid()):
+        os._exit(1)  # orphaned by kill -9: leave the rest to the run that resumes
     try:
         data = draw_replicate(study_name, config, index)
         write_dataset(_part(folder, index), data)
@@ -159,7 +183,9 @@ def _run_missing(
         )
         pool = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", pre_dispatch="all")
         failed = []
-        for outcome in pool(joblib.delayed(_one)(name, config, folder, k) for k in todo):
+        for outcome in pool(
+            joblib.delayed(_one)(name, config, folder, k, os.getpid()) for k in todo
+        ):
             progress.advance(task)
             if outcome.error is not None:
                 failed.append(outcome)
@@ -206,15 +232,4 @@ def _part_is_whole(path: Path) -> bool:
     except (OSError, ValueError, KeyError):
         path.unlink()
         return False
-    return True
-
-
-def _intact(folder: Path, manifest: dict[str, Any]) -> bool:
-    for name, known in manifest["sha256"].items():
-        path = folder / name
-        if not path.exists() or file_hash(path) != known:
-            raise StudyError(
-                f"{path} is damaged or missing: its contents are not those that were saved. "
-                f"Delete {folder} and run again."
-            )
     return True

@@ -109,7 +109,10 @@ def configurations(study: Study, profile: str, settings: Iterable[str]) -> list[
         # grid keys first, so that the label of a run does not depend on how it was asked for
         order = [*(k for k in study.grid if k in changed), *sorted(set(changed) - set(study.grid))]
         parts = [f"{key}={changed[key]}" for key in order]
-        found.append((",".join([profile, *parts]), dataclasses.replace(base, **changed)))
+        config = dataclasses.replace(base, **changed)
+        if config.replicates < 1:
+            raise StudyError(f"replicates is {config.replicates}; at least one is needed.")
+        found.append((",".join([profile, *parts]), config))
     return found
 
 

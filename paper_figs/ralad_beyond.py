@@ -95,7 +95,8 @@ def _figure(cases: dict[int, xr.Dataset], runs: int, out: Path) -> list[Path]:
 def _tables(case: int, data: xr.Dataset, runs: int, out: Path) -> list[Path]:
     note = (
         f"{runs} runs, ± standard error; m and mrad. The bound is for all rows clean; here "
-        f"{float(data['clean_share'].mean()):.0%} are."
+        f"{float(data['clean_share'].mean()):.0%} are.\nFits that did not converge: "
+        f"{int(data['not_converged'].sum())}."
     )
     bound = data["bound_sd"].mean("replicate")
     bounds = [unit_factor(p) * float(bound.sel(parameter=p)) for p in PARAMETERS]

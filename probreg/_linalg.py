@@ -10,7 +10,7 @@ from probreg.typing import FloatArray
 _SWEEPS = 30  # Jacobi converges quadratically; 3 x 3 needs about four
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def inverse_roots(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Symmetric inverse square roots (n, m, m) and log-determinants (n,), by cyclic Jacobi.
 
@@ -34,7 +34,7 @@ def inverse_roots(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
     return roots, log_det
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _diagonalise(D: FloatArray, V: FloatArray) -> None:
     """Rotate D to diagonal form in place, gathering the rotations in V."""
     m = D.shape[0]
@@ -59,7 +59,7 @@ def _diagonalise(D: FloatArray, V: FloatArray) -> None:
             return
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def weighted_gram(J: FloatArray, variances: FloatArray) -> FloatArray:
     """Products J diag(variances) J' of a stack (n, d, q), shape (n, d, d)."""
     n, d, q = J.shape
@@ -75,7 +75,7 @@ def weighted_gram(J: FloatArray, variances: FloatArray) -> FloatArray:
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def precision_weighted_mean(covariances: FloatArray, positions: FloatArray) -> FloatArray:
     """Fuse k positions (k, n, d) with covariances (k, n, d, d) row by row, shape (n, d)."""
     k, n, d = positions.shape
@@ -99,7 +99,7 @@ def precision_weighted_mean(covariances: FloatArray, positions: FloatArray) -> F
     return fused
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _cholesky(matrix: FloatArray, root: FloatArray) -> None:
     """Lower triangular factor, its diagonal inverted: divisions are what costs here."""
     for a in range(matrix.shape[0]):
@@ -110,7 +110,7 @@ def _cholesky(matrix: FloatArray, root: FloatArray) -> None:
             root[a, b] = 1.0 / np.sqrt(s) if a == b else s * root[b, b]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _solve(root: FloatArray, x: FloatArray) -> None:
     """Solve L L' x = b in place."""
     d = x.size

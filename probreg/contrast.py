@@ -11,7 +11,7 @@ import numpy as np
 from probreg._linalg import precision_weighted_mean
 from probreg.errors import InvalidInputError
 from probreg.observability import Observability
-from probreg.problem import RegistrationProblem
+from probreg.problem import RegistrationProblem, Whitened
 from probreg.reports import AssociatedReports
 from probreg.sensors import Sensor
 from probreg.typing import FloatArray, IntArray
@@ -65,7 +65,7 @@ class ReportProblem:
         for sensor in (sensor for group in reports for sensor in group.sensors):
             if by_name.setdefault(sensor.name, sensor) != sensor:
                 raise InvalidInputError(f"two different sensors are called {sensor.name!r}.")
-        self.reports = reports
+        self.reports = tuple(_ordered(group) for group in reports)
         self.sensors = tuple(by_name.values())
         self.names = tuple(f"{s.name}.{bias}" for s in self.sensors for bias in s.bias_names)
         self.units = tuple(unit for s in self.sensors for unit in s.bias_units)
@@ -127,7 +127,15 @@ class ReportProblem:
         ):
             raise InvalidInputError("`at` needs one position a report, for every group and sensor.")
         groups = zip(self.reports, raw, where, strict=True)
-        return self._stack([self._rows(group, z, w) for group, z, w in groups])
+        rows = [self._rows(group, z, w) for group, z, w in groups]
+        # noise in raw evaluation points would hide a lost rank: judge it where B is smooth
+        thin = ReportProblem(*(group.every(len(group) // 200 + 1) for group in self.reports))
+        hidden = None if thin.observability().complete else self.observability()
+        return self._stack(rows, None if hidden is None or hidden.complete else hidden)
+
+    def whitened(self, theta: FloatArray | None = None) -> Whitened:
+        """The linear problem at theta (by default zero), whitened."""
+        return self.linearise(np.zeros(len(self.names)) if theta is None else theta).whitened()
 
     def observability(self, theta: FloatArray | None = None) -> Observability:
         """Singular values and unobservable combinations at theta (by default zero)."""
@@ -147,7 +155,8 @@ class ReportProblem:
         self, group: AssociatedReports, positions: Sequence[FloatArray], at: Sequence[FloatArray]
     ) -> _Rows:
         n, d, k = len(group), group.sensors[0].dim, len(group.sensors)
-        B = np.zeros((n, k, d, len(self.names)))
+        p = len(self.names)
+        B = np.zeros((n, k, d, p))
         R = np.zeros((n, k - 1, d, k - 1, d))
         for j, (sensor, where) in enumerate(zip(group.sensors, at, strict=True)):
             B[:, j, :, self._columns[sensor.name]] = sensor.sensitivity(where)
@@ -161,10 +170,12 @@ class ReportProblem:
                 R[:, j, :, j - 1, :] -= own
                 R[:, j - 1, :, j, :] -= own
         m = (k - 1) * d
-        contrasts = (B[:, :-1] - B[:, 1:]).reshape(n, m, -1)
+        contrasts = (B[:, :-1] - B[:, 1:]).reshape(n, m, p)
         return _Rows(_differences(positions), contrasts, R.reshape(n, m, m))
 
-    def _stack(self, rows: list[_Rows]) -> RegistrationProblem:
+    def _stack(
+        self, rows: list[_Rows], observed: Observability | None = None
+    ) -> RegistrationProblem:
         R = np.concatenate([self._pad(part.R, axes=2) for part in rows])
         blank = np.arange(R.shape[1]) >= self.size[:, None]
         R[:, np.arange(R.shape[1]), np.arange(R.shape[1])] += blank
@@ -176,6 +187,7 @@ class ReportProblem:
             self.names,
             self.units,
             self.size,
+            observed,
         )
 
     def _pad(self, array: FloatArray, axes: int) -> FloatArray:
@@ -184,10 +196,21 @@ class ReportProblem:
         return np.pad(array, widths) if short else array
 
 
+def _ordered(group: AssociatedReports) -> AssociatedReports:
+    """Three and more sensors in order of name: component-wise laws see the contrasts chosen."""
+    if len(group.sensors) == 2:
+        return group
+    order = sorted(range(len(group.sensors)), key=lambda k: group.sensors[k].name)
+    sensors = tuple(group.sensors[k] for k in order)
+    tracks = None if group.tracks is None else group.tracks[:, order]
+    return AssociatedReports(sensors, tuple(group.values[k] for k in order), group.time, tracks)
+
+
 def _differences(positions: Sequence[FloatArray]) -> FloatArray:
     """Consecutive differences (n, (k - 1) d): a basis of the contrasts, the target eliminated."""
     stacked = np.stack(positions, axis=1)
-    return (stacked[:, :-1] - stacked[:, 1:]).reshape(len(stacked), -1)
+    n, k, d = stacked.shape
+    return (stacked[:, :-1] - stacked[:, 1:]).reshape(n, (k - 1) * d)
 
 
 def _fuse(sensors: Sequence[Sensor], positions: Sequence[FloatArray]) -> FloatArray:
@@ -196,5 +219,11 @@ def _fuse(sensors: Sequence[Sensor], positions: Sequence[FloatArray]) -> FloatAr
     for _ in range(2):
         covariances = np.stack([s.covariance(x) for s, x in zip(sensors, at, strict=True)])
         fused = precision_weighted_mean(covariances, stacked)
+        bad = np.flatnonzero(~np.isfinite(fused).all(axis=1))
+        if bad.size:
+            raise InvalidInputError(
+                f"the covariance of a report in row {bad[0]} is numerically singular. Check the "
+                f"accuracies of the sensors {[s.name for s in sensors]}: metres and radians?"
+            )
         at = (fused,) * len(sensors)
     return fused

@@ -10,7 +10,7 @@ from scipy import linalg
 from probreg.errors import UnobservableError
 from probreg.typing import FloatArray
 
-RANK_TOLERANCE = 1e-9  # relative singular value; rounding leaves about 1e-13
+RANK_TOLERANCE = 1e-7  # relative singular value; below, normal equations lose every digit
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,8 @@ class Observability:
     singular_values : ndarray, shape (p,)
         Of the matrix with columns scaled to unit length, largest first.
     null_space : ndarray, shape (k, p)
-        One unobservable combination a row, in the problem's units, largest entry 1.
+        One unobservable combination a row, in the problem's units; each owns an unknown that
+        the others leave out.
     names : tuple of str
         Parameter names.
     equations : int

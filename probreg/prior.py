@@ -42,7 +42,12 @@ class GaussianPrior:
     def from_sd(cls, sd: FloatArray, mean: FloatArray | float = 0.0) -> GaussianPrior:
         """Independent prior from standard deviations, shape (p,)."""
         sd = finite_array("prior sd", sd, (None,))
-        return cls(np.broadcast_to(np.asarray(mean, dtype=float), sd.shape), np.diag(sd**2))
+        if np.any(sd <= 0.0):
+            raise InvalidInputError(f"prior sd is {sd}; every entry must be above zero.")
+        mean = np.asarray(mean, dtype=float)
+        if mean.shape not in ((), sd.shape):
+            raise InvalidInputError(f"prior mean has shape {mean.shape}, prior sd {sd.shape}.")
+        return cls(np.broadcast_to(mean, sd.shape), np.diag(sd**2))
 
     @property
     def root_precision(self) -> FloatArray:

@@ -92,6 +92,8 @@ class RegistrationProblem:
         Of the p unknowns; by default theta[0], theta[1], ... without units.
     size : ndarray of int, shape (n,), optional
         Number of real components of padded rows; by default all m.
+    observed : Observability, optional
+        Verdict reached elsewhere, where B itself carries noise that hides a lost rank.
 
     Raises
     ------
@@ -106,6 +108,7 @@ class RegistrationProblem:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     size: IntArray | None = None
+    observed: Observability | None = None
 
     def __post_init__(self) -> None:
         y = finite_array("y", self.y, (None, None))
@@ -121,9 +124,8 @@ class RegistrationProblem:
             raise InvalidInputError(
                 f"{p} unknowns need {p} different names and {p} units; got {names}, {units}."
             )
-        size = np.full(n, m) if self.size is None else np.asarray(self.size, dtype=int)
-        if size.shape != (n,) or size.min() < 1 or size.max() > m:
-            raise InvalidInputError(f"size must give 1 to {m} real components for each row.")
+        size = np.full(n, m) if self.size is None else np.asarray(self.size)
+        _check_padding(y, B, R, size)
         fields = {"y": y, "B": B, "R": R, "names": names, "units": units, "size": size}
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -155,9 +157,39 @@ class RegistrationProblem:
     def _whitened(self) -> Whitened:
         assert self.size is not None
         root, log_det = inverse_roots(np.ascontiguousarray(self.R))
+        bad = np.flatnonzero(~np.isfinite(root).all(axis=(1, 2)))
+        if bad.size:
+            raise InvalidInputError(
+                f"R[{bad[0]}] is numerically singular: its entries differ by more than double "
+                "precision holds. Check the units and accuracies of the sensors."
+            )
         v = np.einsum("nij,nj->ni", root, self.y)
         return Whitened(v, root @ self.B, self.size, log_det)
 
     def observability(self, theta: FloatArray | None = None) -> Observability:
         """Singular values and unobservable combinations by name; theta is not needed."""
+        return self._observability
+
+    @cached_property
+    def _observability(self) -> Observability:
+        if self.observed is not None:
+            return self.observed
         return observe(self._whitened.A.reshape(-1, len(self.names)), self.names)
+
+
+def _check_padding(y: FloatArray, B: FloatArray, R: FloatArray, size: IntArray) -> None:
+    """Raise unless `size` fits and the components beyond it carry no information."""
+    n, m = y.shape
+    whole = size.shape == (n,) and np.issubdtype(size.dtype, np.integer)
+    if not whole or size.min() < 1 or size.max() > m:
+        raise InvalidInputError(f"size must give 1 to {m} real components for each row.")
+    blank = np.arange(m) >= size[:, None]
+    if not blank.any():
+        return
+    neutral = np.where(blank[:, :, None] | blank[:, None, :], np.eye(m), R)
+    wrong = (y != 0.0) & blank | (B != 0.0).any(axis=2) & blank | (neutral != R).any(axis=2)
+    if wrong.any():
+        raise InvalidInputError(
+            f"row {np.flatnonzero(wrong.any(axis=1))[0]} is padded with numbers that count: beyond "
+            "`size`, y and B must be 0 and R the identity."
+        )

@@ -61,13 +61,25 @@ class AssociatedReports:
         object.__setattr__(self, "values", checked)
         if self.time is not None:
             object.__setattr__(self, "time", finite_array("time", self.time, (len(self),)))
-        if self.tracks is not None and np.shape(self.tracks) != (len(self), len(names)):
-            raise InvalidInputError(
-                f"tracks has shape {np.shape(self.tracks)}; expected ({len(self)}, {len(names)})."
-            )
+        if self.tracks is not None:
+            tracks = np.asarray(self.tracks)
+            if tracks.shape != (len(self), len(names)):
+                raise InvalidInputError(
+                    f"tracks has shape {tracks.shape}; expected ({len(self)}, {len(names)})."
+                )
+            object.__setattr__(self, "tracks", tracks)
 
     def __len__(self) -> int:
         return len(self.values[0])
+
+    def every(self, step: int) -> AssociatedReports:
+        """Every step-th row."""
+        return AssociatedReports(
+            self.sensors,
+            tuple(value[::step] for value in self.values),
+            None if self.time is None else self.time[::step],
+            None if self.tracks is None else self.tracks[::step],
+        )
 
     def positions(self, *, unbiased: bool = True) -> tuple[FloatArray, ...]:
         """Convert every sensor's reports to positions (n, d) in the common frame."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -99,10 +99,11 @@ class _Radar:
 
     def _local(self, positions: FloatArray) -> FloatArray:
         local = positions - np.asarray(self.position)
-        if np.any(np.hypot(local[..., 0], local[..., 1]) == 0.0):
+        above = np.flatnonzero(np.hypot(local[..., 0], local[..., 1]) == 0.0)
+        if above.size:
             raise InvalidInputError(
-                f"a position lies on the vertical of sensor {self.name!r}: its azimuth is "
-                "undefined. Remove that row or move the sensor."
+                f"the position in row {above[0]} lies on the vertical of sensor {self.name!r}: its "
+                "azimuth is undefined. Remove that row or move the sensor."
             )
         return local
 
@@ -136,8 +137,19 @@ class _Radar:
 ANGLES = ("azimuth", "elevation")
 
 
-def _check_angle_sigma(name: str, sigma: float) -> None:
-    positive_number(name, sigma)
+def _settle(sensor: Any, dim: int, *sigmas: str) -> None:
+    """Check a radar's numbers and store them as floats, so that equal sensors compare equal."""
+    owner = f"of sensor {sensor.name!r}"
+    position = finite_array(f"position {owner}", sensor.position, (dim,))
+    object.__setattr__(sensor, "position", tuple(position.tolist()))
+    for name in sigmas:
+        sigma = positive_number(f"{name} {owner}", getattr(sensor, name))
+        object.__setattr__(sensor, name, sigma)
+        if name != "sigma_range":
+            _question_angle(f"{name} {owner}", sigma)
+
+
+def _question_angle(name: str, sigma: float) -> None:
     if sigma > np.pi:
         raise InvalidInputError(
             f"{name} is {sigma:.4g} rad, more than half a turn: that looks like degrees. "
@@ -147,7 +159,7 @@ def _check_angle_sigma(name: str, sigma: float) -> None:
         warnings.warn(
             f"{name} is {sigma:.4g} rad ({np.rad2deg(sigma):.1f} deg), coarse for a radar; "
             "were degrees meant?",
-            stacklevel=4,
+            stacklevel=5,
         )
 
 
@@ -186,9 +198,7 @@ class Radar2D(_Radar):
     bias_units: ClassVar[tuple[str, ...]] = ("m", "rad")
 
     def __post_init__(self) -> None:
-        finite_array(f"position of sensor {self.name!r}", self.position, (2,))
-        positive_number(f"sigma_range of sensor {self.name!r}", self.sigma_range)
-        _check_angle_sigma(f"sigma_azimuth of sensor {self.name!r}", self.sigma_azimuth)
+        _settle(self, 2, "sigma_range", "sigma_azimuth")
 
     @property
     def sigmas(self) -> FloatArray:
@@ -231,10 +241,7 @@ class Radar3D(_Radar):
     bias_units: ClassVar[tuple[str, ...]] = ("m", "rad", "rad")
 
     def __post_init__(self) -> None:
-        finite_array(f"position of sensor {self.name!r}", self.position, (3,))
-        positive_number(f"sigma_range of sensor {self.name!r}", self.sigma_range)
-        _check_angle_sigma(f"sigma_azimuth of sensor {self.name!r}", self.sigma_azimuth)
-        _check_angle_sigma(f"sigma_elevation of sensor {self.name!r}", self.sigma_elevation)
+        _settle(self, 3, "sigma_range", "sigma_azimuth", "sigma_elevation")
 
     @property
     def sigmas(self) -> FloatArray:
@@ -268,6 +275,8 @@ class PositionSensor:
         if covariance.shape not in ((2, 2), (3, 3)):
             raise InvalidInputError(f"{label} must be 2 x 2 or 3 x 3, not {covariance.shape}.")
         positive_definite(label, covariance[None])
+        plain = tuple(tuple(row) for row in covariance.tolist())
+        object.__setattr__(self, "noise_covariance", plain)
 
     @property
     def dim(self) -> int:

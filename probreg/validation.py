@@ -75,7 +75,10 @@ def positive_definite(name: str, matrices: FloatArray) -> FloatArray:
 
 def positive_number(name: str, value: float, *, zero: bool = False) -> float:
     """Check one finite number above zero (or not below it, with `zero`)."""
-    number = float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InvalidInputError(f"{name} is {value!r}; a number is needed.") from None
     if not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
         bound = "zero or more" if zero else "above zero"
         raise InvalidInputError(f"{name} is {value!r}; it must be finite and {bound}.")

@@ -19,7 +19,7 @@ ROOMS = [
     {"validation", "_linalg"},
     {"geometry"},
     {"sensors"},
-    {"reports", "scenarios", "observability", "prior"},
+    {"reports", "association", "scenarios", "observability", "prior"},
     {"problem"},
     {"contrast", "noise"},
     {"posterior"},

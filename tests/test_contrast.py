@@ -168,6 +168,12 @@ def test_bad_groups():
     other = Radar2D((5.0, 0.0), 20.0, 2e-3, name="a")
     with pytest.raises(InvalidInputError, match="two different sensors are called 'a'"):
         ReportProblem(one, polar_reports((other, b), np.zeros(4), seed=2))
+    again = Radar2D(np.array([0.0, 0.0]), 20, 2e-3, name="a")  # the same sensor, built anew
+    assert again == a
+    assert len(ReportProblem(one, polar_reports((again, b), np.zeros(4), seed=2)).sensors) == 2
+    nobody = AssociatedReports(one.sensors, (np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(0))
+    both = ReportProblem(one, nobody).linearise(np.zeros(4))
+    np.testing.assert_array_equal(both.y, ReportProblem(one).linearise(np.zeros(4)).y)
     untimed = AssociatedReports(one.sensors, one.values)
     with pytest.raises(InvalidInputError, match="some groups of reports have times"):
         ReportProblem(one, untimed)
@@ -177,3 +183,15 @@ def test_bad_groups():
         ReportProblem(one).one_shot([(np.zeros((3, 2)), np.zeros((3, 2)))])
     with pytest.raises(InvalidInputError, match=r"theta\[1\] is nan"):
         ReportProblem(one).residual(np.array([0.0, np.nan, 0.0, 0.0]))
+
+
+def test_impossible_accuracies_are_named():
+    data = polar_reports(radar_pair(), PAIR_BIAS, seed=1, n=20)
+    import dataclasses
+
+    absurd = tuple(
+        dataclasses.replace(s, sigma_range=1e3, sigma_azimuth=1e-13, sigma_elevation=1e-13)
+        for s in data.sensors
+    )
+    with pytest.raises(InvalidInputError, match=r"(numerically singular|not positive definite)"):
+        LeastSquares().estimate(ReportProblem(AssociatedReports(absurd, data.values)))

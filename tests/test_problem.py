@@ -74,13 +74,29 @@ BASE = linear_problem(4, n=10).problem
         (broken(names=("a", "b")), "4 unknowns need 4 different names"),
         (broken(names=("a", "a", "b", "c")), "4 unknowns need 4 different names"),
         (broken(time=np.arange(3.0)), "time has shape"),
-        (broken(size=np.zeros(10)), "1 to 3 real components"),
+        (broken(size=np.zeros(10, int)), "1 to 3 real components"),
+        (broken(size=np.full(10, 2.7)), "1 to 3 real components"),
+        (broken(size=np.full(10, 2)), "row 0 is padded with numbers that count"),
         (broken(y="text"), "y must be an array of numbers"),
     ],
 )
 def test_bad_input_is_named(make, message):
     with pytest.raises(InvalidInputError, match=message):
         make()
+
+
+def test_a_covariance_at_the_edge_of_double_precision_is_named():
+    # passes Cholesky, has no positive smallest eigenvalue: found by search
+    edge = np.array(
+        [
+            [1.8672224328678517, 1.2345589547768572, -1.2595039609703695],
+            [1.2345589547768572, 0.8162584926932814, -0.8327516544687491],
+            [-1.2595039609703695, -0.8327516544687491, 0.8495782220298587],
+        ]
+    )
+    problem = RegistrationProblem(BASE.y, BASE.B, with_value(BASE.R, 4, edge))
+    with pytest.raises(InvalidInputError, match=r"R\[4\] is numerically singular"):
+        problem.whitened()
 
 
 def test_unobservable_combinations_are_named():
@@ -182,6 +198,12 @@ class TestPosterior:
             posterior.log_prob(self.theta)
 
     def test_bad_priors_and_starts(self):
+        with pytest.raises(InvalidInputError, match=r"theta has shape \(3,\)"):
+            Posterior(self.problem, Gaussian()).log_prob(np.zeros(3))
+        with pytest.raises(InvalidInputError, match="prior sd"):
+            GaussianPrior.from_sd(np.array([1.0, -1.0]))
+        with pytest.raises(InvalidInputError, match="prior mean has shape"):
+            GaussianPrior.from_sd(np.ones(4), np.zeros(3))
         with pytest.raises(InvalidInputError, match="3 entries, the problem 4 unknowns"):
             Posterior(self.problem, Gaussian(), GaussianPrior(np.zeros(3), np.eye(3)))
         with pytest.raises(InvalidInputError, match="prior covariance"):

@@ -79,6 +79,7 @@ def test_a_bias_from_north_is_counted_clockwise():
         (lambda: Radar3D((0.0, 0.0), 20.0, ANGLE, ANGLE), "position of sensor 'radar'"),
         (lambda: PositionSensor(((1.0, 2.0), (2.0, 1.0))), "not positive definite"),
         (lambda: PositionSensor(((1.0,),)), "2 x 2 or 3 x 3"),
+        (lambda: Radar2D((0.0, 0.0), None, ANGLE), "a number is needed"),
     ],
 )
 def test_impossible_sensors_are_refused(make, message):
@@ -104,5 +105,5 @@ def test_reports_in_degrees_are_recognised_and_outliers_are_not():
 
 def test_a_target_above_the_radar_is_refused():
     radar = Radar3D((10.0, 20.0, 0.0), 20.0, ANGLE, ANGLE)
-    with pytest.raises(InvalidInputError, match="vertical of sensor 'radar'"):
+    with pytest.raises(InvalidInputError, match="row 0 lies on the vertical of sensor 'radar'"):
         radar.sensitivity(np.array([[10.0, 20.0, 5000.0]]))

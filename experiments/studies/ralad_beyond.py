@@ -59,12 +59,12 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
     problems["relinearised"] = ReportProblem(data)
     found = methods(config)
     shape = (len(problems), len(found) + 1, truth.bias.size)
-    theta, sd = np.full(shape, np.nan), np.full(shape, np.nan)
+    theta, sd, restless = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape[:2], int)
     for r, (reading, problem) in enumerate(problems.items()):
         for k, (name, method) in enumerate(found.items()):
             if problem.linear or name in RELINEARISED:
                 estimate, sd[r, k] = fit(method, problem, rng)
-                theta[r, k] = estimate.theta
+                theta[r, k], restless[r, k] = estimate.theta, not estimate.converged
         oracle, sd[r, -1] = fit(LeastSquares(), _clean(reading, data, truth, problems), rng)
         theta[r, -1] = oracle.theta
     true = problems["true"]
@@ -73,6 +73,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         {
             "theta": (dims, theta),
             "claimed_sd": (dims, sd),
+            "not_converged": (dims[:2], restless),
             "bound_sd": (("parameter",), np.sqrt(np.diag(cramer_rao_bound(true, truth.bias)))),
             "clean_share": ((), truth.clean.mean()),
         },

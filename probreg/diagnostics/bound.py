@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.observability import observe
 from probreg.posterior import spd_inverse
 from probreg.problem import Problem
 from probreg.typing import FloatArray
@@ -34,8 +33,9 @@ def cramer_rao_bound(
         The law has no density, hence no information.
     """
     law = Gaussian() if noise is None else noise
-    rows = problem.linearise(theta).whitened()
-    observe(rows.A.reshape(-1, rows.A.shape[-1]), problem.names).require()
+    linear = problem.linearise(theta)
+    linear.observability().require()
+    rows = linear.whitened()
     information = np.zeros((rows.A.shape[-1],) * 2)
     for m in np.unique(rows.size):
         flat = rows.A[rows.size == m].reshape(-1, rows.A.shape[-1])

@@ -69,7 +69,10 @@ class Irls:
             Combinations that neither data nor prior determine, or too many rows rejected.
         """
         posterior = Posterior(problem, self.noise, prior)
-        at = None if self.start is None else self.start.estimate(problem, prior, rng).theta
+        at = None
+        if self.start is not None:
+            known = prior if getattr(self.start, "takes_prior", True) else None
+            at = self.start.estimate(problem, known, rng).theta
         mode = posterior.mode(at, self.max_iterations, self.tolerance)
         laplace: FloatArray | None = None
         sandwich: FloatArray | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from scipy.special import chdtri
@@ -55,8 +55,12 @@ class Lms:
     subsets: int = 200
     reweighted: bool = True
 
+    takes_prior: ClassVar[bool] = False
+
     def __post_init__(self) -> None:
         positive_number("subsets", self.subsets)
+        if int(self.subsets) != self.subsets:
+            raise InvalidInputError(f"subsets is {self.subsets}; a whole number is needed.")
         if self.unit not in ("row", "equation"):
             raise InvalidInputError(f"unit is {self.unit!r}; take 'row' or 'equation'.")
 
@@ -101,13 +105,16 @@ class Lms:
     def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
         p = rows.A.shape[2]
         candidates = _solutions(rows, chosen)
-        medians = np.concatenate(
-            [np.median(self._squares(rows, part), axis=-1) for part in _parts(candidates, rows)]
-        )
-        best = int(np.argmin(medians))
-        raw, m = candidates[best], 1 if self.unit == "equation" else int(np.median(rows.size))
+        # rows of different length are brought to one scale by the medians of their laws
+        m = rows.size if self.unit == "row" else np.ones(int(rows.size.sum()))
+        expected = chdtri(m, 0.5)
+        parts = _parts(candidates, rows)
+        medians = [np.median(self._squares(rows, part) / expected, axis=-1) for part in parts]
+        ratios = np.concatenate(medians)
+        best = int(np.argmin(ratios))
+        raw = candidates[best]
         squares = self._squares(rows, raw)
-        scale2 = medians[best] / chdtri(m, 0.5) * (1.0 + 5.0 / max(squares.size - p, 1)) ** 2
+        scale2 = ratios[best] * (1.0 + 5.0 / max(squares.size - p, 1)) ** 2
         keep = squares <= chdtri(m, 0.025) * max(scale2, np.finfo(float).eps)
         weights = keep.astype(float)
         if self.unit == "equation":
@@ -120,7 +127,7 @@ class Lms:
         info = {
             "raw": raw,
             "scale": float(np.sqrt(scale2)),
-            "median": float(medians[best]),
+            "median": float(np.median(squares)),
             "kept": int(keep.sum()),
         }
         names, units = posterior.names, posterior.units

@@ -11,8 +11,7 @@ from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate
 from probreg.estimators._recursion import recurse
 from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.noise._law import compile_weight
-from probreg.observability import observe
+from probreg.noise._law import compile_weight, require_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, RegistrationProblem
 from probreg.typing import FloatArray, IntArray
@@ -71,6 +70,11 @@ class Recursive:
 
     def __post_init__(self) -> None:
         positive_number("omega", self.omega)
+        require_law(self.noise)
+        if self.max_passes < 1:
+            raise InvalidInputError(f"max_passes is {self.max_passes}; at least one is needed.")
+        if self.precision not in ("double", "single"):
+            raise InvalidInputError(f"precision is {self.precision!r}; 'double' or 'single'.")
         if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
             raise InvalidInputError("a recursion takes one number a law parameter, not an array.")
 
@@ -107,7 +111,7 @@ class Recursive:
         theta = np.zeros(len(problem.names)) if prior is None else prior.mean
         linear = problem.linearise(theta)
         if prior is None:
-            observe(linear.whitened().A.reshape(-1, theta.size), problem.names).require()
+            linear.observability().require()
         for passes in range(1, self.max_passes + 1):
             result = self._run(linear, prior, passes)
             assert result.sd is not None

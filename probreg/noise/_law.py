@@ -57,11 +57,15 @@ class NoiseLaw(ABC):
         Whether minus the log kernel is convex, so that a mode has no rivals.
     scale_mixture : bool
         Whether the law is Gaussian given a random precision (`draw_precision`).
+    kinked : bool
+        Whether the score w |v| jumps or nearly does, so that its slope at single residuals
+        says nothing about its mean slope.
     """
 
     proper: ClassVar[bool] = True
     convex: ClassVar[bool] = True
     scale_mixture: ClassVar[bool] = False
+    kinked: ClassVar[bool] = False
     weight_function: ClassVar[WeightFunction]
 
     scale: Any
@@ -162,14 +166,36 @@ class NoiseLaw(ABC):
         d2, size = law.squared_norm(v, m)
         return law.unit_weight(d2, size) / np.asarray(law.unit) ** 2
 
-    def weight_slope(self, v: FloatArray, m: Size | None = None) -> FloatArray:
-        """Derivative of the weight with respect to |v|^2, by central differences."""
+    def curvature(
+        self, v: FloatArray, m: Size | None = None, bandwidth: float = 0.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Second derivatives of minus the log-density across and along the residual.
+
+        The Hessian in v is across (I - u u') + along u u' with u = v / |v|; across is the
+        weight. Component-wise laws have a diagonal Hessian, which is along.
+
+        Parameters
+        ----------
+        v : ndarray, shape (..., M)
+            Whitened residuals.
+        m : int or ndarray, optional
+            True number of components of rows padded with zeros; default M.
+        bandwidth : float
+            For kinked laws, the half-width of |v| over which the score is differenced: its
+            mean slope over many residuals is then right. Other laws take a tiny step.
+
+        Returns
+        -------
+        across, along : ndarray, shape (...), or (..., M) for component-wise laws
+        """
         law = self._spread()
         d2, size = law.squared_norm(v, m)
-        step = 1e-5 * np.maximum(d2, 1e-12)
-        low = np.maximum(d2 - step, 0.0)
-        rise = law.unit_weight(d2 + step, size) - law.unit_weight(low, size)
-        return rise / (d2 + step - low) / np.asarray(law.unit) ** 4
+        unit = np.asarray(law.unit)
+        radius = np.sqrt(d2)
+        step = bandwidth / unit if self.kinked and bandwidth else 1e-5 * np.maximum(radius, 1e-6)
+        high, low = radius + step, radius - step
+        rise = law.unit_weight(high**2, size) * high - law.unit_weight(low**2, size) * low
+        return law.unit_weight(d2, size) / unit**2, rise / (2.0 * step) / unit**2
 
     def sample(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         """Draw n whitened residuals of m components, shape (n, m).
@@ -291,11 +317,20 @@ class ScaleMixture(NoiseLaw):
 def above_zero(law: NoiseLaw, **values: Any) -> None:
     """Check that parameters of a law, scalars or arrays, are finite and above zero."""
     for name, value in values.items():
-        array = np.asarray(value, dtype=float)
-        if not (np.isfinite(array).all() and (array > 0.0).all()):
+        number = isinstance(value, int | float | np.number | np.ndarray)
+        if not (number and np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0.0)):
             raise InvalidInputError(
-                f"{type(law).__name__}: {name} is {value!r}; it must be finite and above zero."
+                f"{type(law).__name__}: {name} is {value!r}; it must be a number (or an array of "
+                "numbers, one a chain), finite and above zero."
             )
+
+
+def require_law(noise: object) -> None:
+    """Raise unless `noise` is a law: a class or a name is a common slip."""
+    if not isinstance(noise, NoiseLaw):
+        raise InvalidInputError(
+            f"noise is {noise!r}; pass a law from probreg.noise, such as Huber(1.345)."
+        )
 
 
 def truncated_chi(rng: np.random.Generator, n: int, m: int, upper: float) -> FloatArray:

@@ -14,10 +14,9 @@ from probreg.typing import FloatArray
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     rate, precision = params[0], 1.0 / params[1] ** 2
-    # share of the wide component, by the ratio of the densities: no overflow at large d2
-    ratio = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
-    wide = 1.0 / (1.0 + ratio)
-    return 1.0 - wide * (1.0 - precision)
+    # odds of the narrow component: no overflow at large d2, no cancellation at large scales
+    odds = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
+    return 1.0 if odds > 1e300 else (odds + precision) / (odds + 1.0)
 
 
 @dataclass(frozen=True)

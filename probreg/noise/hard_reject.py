@@ -36,6 +36,7 @@ class HardReject(NoiseLaw):
 
     proper: ClassVar[bool] = False
     convex: ClassVar[bool] = False
+    kinked: ClassVar[bool] = True
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
 
     def __post_init__(self) -> None:

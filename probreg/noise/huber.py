@@ -36,7 +36,8 @@ class Huber(NoiseLaw):
     k : float
         Threshold in standard deviations.
     componentwise : bool
-        Weigh every whitened component on its own instead of the whole vector.
+        Weigh every whitened component on its own instead of the whole vector. The answer
+        then depends on the coordinates, here those of the symmetric root of R.
     scale : float or array
         Factor on the square root of R.
     """

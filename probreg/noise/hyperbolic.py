@@ -52,6 +52,7 @@ class Hyperbolic(ScaleMixture):
     scale: Any = 1.0
     componentwise: bool = False
 
+    kinked: ClassVar[bool] = True
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
 
     def __post_init__(self) -> None:

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import gammaln
+from scipy.special import betaln, gammaln
 
 from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
 from probreg.typing import FloatArray
@@ -55,7 +55,8 @@ class StudentT(ScaleMixture):
     def log_normalizer(self, m: int) -> Any:
         """Closed form of the multivariate t."""
         nu = self.nu
-        return gammaln(0.5 * nu) - gammaln(0.5 * (nu + m)) + 0.5 * m * np.log(nu * np.pi)
+        # through the beta function, which does not cancel for large nu
+        return betaln(0.5 * nu, 0.5 * m) - gammaln(0.5 * m) + 0.5 * m * np.log(nu * np.pi)
 
     def unit_covariance_factor(self, m: int) -> Any:
         """Nu / (nu - 2), infinite for nu <= 2."""

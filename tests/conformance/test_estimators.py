@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import probreg.estimators
 import probreg.noise
-from probreg import GaussianPrior, RegistrationProblem, ReportProblem, UnobservableError
+from probreg import GaussianPrior, Radar2D, RegistrationProblem, ReportProblem, UnobservableError
 from probreg.discovery import public_classes
 from probreg.errors import InvalidInputError
 from probreg.estimators import Irls, Lms, Recursive
@@ -42,12 +44,21 @@ def test_noiseless_linear_data_give_the_truth(estimator):
 
 @pytest.mark.parametrize("estimator", ALL, ids=repr)
 def test_noiseless_polar_reports_give_the_bias(estimator):
-    # the unbiased factors presume noise: without it they leave 1e-5 of the range
-    data = polar_reports(radar_pair(), PAIR_BIAS, seed=3, n=300, noise=0.0)
-    estimate = estimator.estimate(ReportProblem(data), rng=rng())
-    np.testing.assert_allclose(estimate.theta / SCALES, PAIR_BIAS / SCALES, atol=0.6)
-    plain = ReportProblem(data).one_shot()
-    assert np.abs(plain.residual(PAIR_BIAS)).max() < np.abs(plain.y).max()
+    # radars so accurate that the unbiased factors, which presume noise, are 1 to 3e-10; the
+    # bias is then 25 sigma, so laws that reject are started near it
+    sharp = tuple(
+        dataclasses.replace(r, sigma_range=1.0, sigma_azimuth=2e-5, sigma_elevation=2e-5)
+        for r in radar_pair()
+    )
+    data = polar_reports(sharp, PAIR_BIAS, seed=3, n=300, noise=0.0)
+    problem, start = ReportProblem(data), None
+    law = getattr(estimator, "noise", None)
+    if isinstance(estimator, Recursive) and law is not None and not law.proper:
+        start = GaussianPrior.from_sd(10.0 * SCALES, PAIR_BIAS + 0.01 * SCALES)
+    if isinstance(estimator, Irls) and not law.proper:
+        estimator = dataclasses.replace(estimator, start=Lms())
+    estimate = estimator.estimate(problem, start, rng=rng())
+    np.testing.assert_allclose(estimate.theta / SCALES, PAIR_BIAS / SCALES, atol=1e-3)
 
 
 @pytest.mark.parametrize("estimator", ALL, ids=repr)
@@ -58,6 +69,24 @@ def test_swapping_the_sensors_swaps_the_answer(estimator):
     two = estimator.estimate(ReportProblem(swapped), rng=rng())
     assert two.names == one.names[3:] + one.names[:3]
     np.testing.assert_allclose(np.roll(two.theta, 3) / SCALES, one.theta / SCALES, atol=2e-3)
+
+
+@pytest.mark.parametrize("estimator", ALL, ids=repr)
+def test_the_order_of_three_sensors_does_not_matter(estimator):
+    # component-wise laws would see another choice of contrasts
+    sensors = (
+        Radar2D((0.0, 0.0), 20.0, 2e-3, name="a"),
+        Radar2D((9e3, 1e3), 30.0, 3e-3, name="b"),
+        Radar2D((2e3, 8e3), 25.0, 2e-3, name="c", from_north=True),
+    )
+    bias = np.array([30.0, 4e-3, -20.0, 2e-3, 10.0, -5e-3])
+    data = polar_reports(sensors, bias, seed=10, n=200)
+    other = type(data)(data.sensors[::-1], data.values[::-1], data.time)
+    one = estimator.estimate(ReportProblem(data), rng=rng())
+    two = estimator.estimate(ReportProblem(other), rng=rng())
+    at = [one.names.index(name) for name in two.names]
+    scale = np.array([1.0, 1e-3] * 3)
+    np.testing.assert_allclose(two.theta / scale, one.theta[at] / scale, atol=1e-6)
 
 
 @pytest.mark.parametrize("estimator", ALL, ids=repr)
@@ -98,8 +127,10 @@ def test_what_the_data_do_not_determine_is_refused_by_name(estimator):
         first.position, second.sigma_range, second.sigma_azimuth, second.sigma_elevation, "j"
     )
     data = polar_reports((first, same), PAIR_BIAS, seed=8)
-    with pytest.raises(UnobservableError, match=r"i\.range \+ j\.range"):
-        estimator.estimate(ReportProblem(data), rng=rng())
+    # noise in the evaluation points of the one-shot form must not pass for information
+    for problem in (ReportProblem(data), ReportProblem(data).one_shot()):
+        with pytest.raises(UnobservableError, match=r"i\.range \+ j\.range"):
+            estimator.estimate(problem, rng=rng())
 
 
 @pytest.mark.parametrize("estimator", ALL, ids=repr)

@@ -79,10 +79,13 @@ def test_manifest_says_what_was_run(reference):
     assert "seconds" not in kept
 
 
-@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGINT])
-def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop):
-    settings = ["--set", "case=1", "--set", "replicates=6", "--set", "lms_subsets=5"]
-    words = command(tmp_path, "run", "ralad", *settings, "--jobs", "1")
+@pytest.mark.parametrize(
+    ("stop", "jobs"),
+    [(signal.SIGKILL, 1), (signal.SIGKILL, 2), (signal.SIGINT, 1), (signal.SIGINT, 2)],
+)
+def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop, jobs):
+    settings = ["--set", "case=1", "--set", "replicates=8", "--set", "lms_subsets=5"]
+    words = command(tmp_path, "run", "ralad", *settings, "--jobs", str(jobs))
     process = subprocess.Popen(
         words,
         cwd=ROOT,
@@ -93,11 +96,12 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop):
     deadline = time.time() + 120
     while time.time() < deadline and len(list(tmp_path.glob("ralad/*/parts/0*.nc"))) < 2:
         time.sleep(0.02)
-    os.killpg(process.pid, stop)
+    os.kill(process.pid, stop)  # the parent alone: its workers must notice
     process.wait(60)
+    time.sleep(3.0)
     (folder,) = (tmp_path / "ralad").iterdir()
     done = sorted(p.name for p in folder.glob("parts/0*.nc"))
-    assert 2 <= len(done) < 6, "stopped too late to show anything"
+    assert 2 <= len(done) < 8, "stopped too late to show anything"
     assert json.loads((folder / "manifest.json").read_text())["status"] == "running"
     stamps = {name: (folder / "parts" / name).stat().st_mtime_ns for name in done}
     assert all(xr.load_dataset(folder / "parts" / n, engine="h5netcdf").sizes for n in done)
@@ -113,12 +117,43 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop):
 
     runner._finish = look_first
     try:
-        run(tmp_path, settings=["case=1", "replicates=6", "lms_subsets=5"])
+        run(tmp_path, settings=["case=1", "replicates=8", "lms_subsets=5"])
     finally:
         runner._finish = original
     assert {name: kept[name] for name in done} == stamps  # not computed a second time
-    fresh, _ = run(tmp_path / "fresh", settings=["case=1", "replicates=6", "lms_subsets=5"])
+    fresh, _ = run(tmp_path / "fresh", settings=["case=1", "replicates=8", "lms_subsets=5"])
     assert same_bits(folder, fresh)
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path):
+    from filelock import FileLock
+
+    folder = tmp_path / "ralad" / "quick,case=1,lms_subsets=5,replicates=1"
+    folder.mkdir(parents=True)
+    with (
+        FileLock(folder / ".lock"),
+        pytest.raises(StudyError, match="another process is running ralad"),
+    ):
+        run(tmp_path, settings=["case=1", "replicates=1", "lms_subsets=5"])
+
+
+def test_results_of_other_code_are_computed_anew(tmp_path, monkeypatch, reference):
+    with monkeypatch.context() as patch:
+        fail_on(patch, 1)
+        patch.setattr(results, "code_hash", lambda: "older")
+        with pytest.raises(StudyError):
+            run(tmp_path)
+    (folder,) = (tmp_path / "ralad").iterdir()
+    part = folder / "parts" / "000000.nc"
+    part.write_bytes((folder / "parts" / "000002.nc").read_bytes())  # what old code would give
+    run(tmp_path)
+    assert same_bits(folder, reference[0])
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["code"] = "older"
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    stamp = (folder / "results.nc").stat().st_mtime_ns
+    run(tmp_path)
+    assert (folder / "results.nc").stat().st_mtime_ns > stamp
 
 
 def test_a_finished_run_is_not_computed_again(tmp_path):
@@ -142,7 +177,7 @@ def fail_on(monkeypatch, bad):
 
 
 def in_process(name, config, folder, todo, jobs, console, label):
-    outcomes = [runner._one(name, config, folder, k) for k in todo]
+    outcomes = [runner._one(name, config, folder, k, os.getpid()) for k in todo]
     return [outcome for outcome in outcomes if outcome.error is not None]
 
 
@@ -195,9 +230,10 @@ def test_a_damaged_result_is_named_with_its_remedy(tmp_path, how):
 
 def test_a_damaged_manifest_is_named(tmp_path):
     folder, label = run(tmp_path, settings=["case=1", "replicates=1", "lms_subsets=5"])
-    (folder / "manifest.json").write_text("{not json")
-    with pytest.raises(StudyError, match=r"manifest\.json is damaged"):
-        load_result("ralad", label, tmp_path)
+    for text in ("{not json", "{}", "[1]"):
+        (folder / "manifest.json").write_text(text)
+        with pytest.raises(StudyError, match=r"manifest\.json is damaged"):
+            load_result("ralad", label, tmp_path)
 
 
 def test_other_settings_do_not_mix_into_a_folder(tmp_path):
@@ -245,6 +281,7 @@ def test_writing_is_whole_or_not_at_all(tmp_path):
         (["mu=small"], "quick", "float is needed"),
         (["case=9"], "quick", "case 9 does not exist"),
         ([], "papr", "no profile 'papr'. Did you mean 'paper'"),
+        (["replicates=0"], "quick", "replicates is 0; at least one"),
     ],
 )
 def test_unknown_settings_name_the_nearest(settings, profile, message):

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from rich.console import Console
 
@@ -134,7 +133,7 @@ def test_a_missing_result_names_its_command(tmp_path):
 def test_an_unknown_figure_names_the_nearest(tmp_path):
     done = draw("ralad_fig9", "--out", tmp_path)
     assert done.returncode == 1
-    assert "Did you mean 'ralad_fig8'" in done.stderr or "Did you mean" in done.stderr
+    assert "Did you mean 'ralad_fig" in done.stderr
 
 
 def test_drawing_never_computes():
@@ -150,12 +149,3 @@ def test_drawing_never_computes():
                         "experiments.runner",
                     )
                 ), f"{path.name} imports {module}"
-
-
-def test_conditions_are_what_numpy_says(results):
-    data, _ = load_result("ralad", "quick,case=1", results)
-    ratio = data["log_condition_ratio"].values
-    assert ratio.shape == (2, 2, 800)
-    assert np.isfinite(ratio).all()
-    # Huber's weights differ between components only where there are outliers
-    assert (np.abs(ratio) > 0.01).mean() < 0.9
