@@ -15,7 +15,7 @@ from experiments.results import ROOT
 from experiments.study import StudyError, nearest
 from paper_figs.style import OUT, look
 
-HELPERS = "style", "tables", "ralad_common", "__main__"
+HELPERS = "style", "tables", "ralad_common", "lts_common", "__main__"
 
 
 def names() -> list[str]:

@@ -36,6 +36,15 @@ COLOURS = {
     "least squares, clean rows only": "#444444",
 }
 
+# the LTS paper means something else by RLS, hence colours of its own
+LTS_COLOURS = {
+    "LS": "#0072B2",
+    "LMS": "#009E73",
+    "LTS": "#E69F00",
+    "RLS": "#D55E00",
+    "RLS, threshold 7": "#CC79A7",
+}
+
 
 @contextmanager
 def look() -> Iterator[None]:

@@ -14,6 +14,42 @@ from probreg.validation import finite_array
 
 
 @dataclass(frozen=True, eq=False)
+class SensorReports:
+    """Reports of one sensor on unknown targets: one frame, not associated.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    values : ndarray, shape (n, q)
+        Reports in the sensor's components and units; n may be zero.
+
+    Raises
+    ------
+    InvalidInputError
+        A wrong shape, NaN or infinity, degrees by the look of them.
+    """
+
+    sensor: Sensor
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", self.sensor.check(self.values))
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def positions(self, bias: FloatArray | float = 0.0) -> FloatArray:
+        """Positions (..., n, d) after correction by biases of shape (..., 1, q) or a scalar."""
+        return self.sensor.to_cartesian(self.values - bias)
+
+
+def pair_up(first: SensorReports, second: SensorReports, pairs: IntArray) -> AssociatedReports:
+    """Put paired reports into rows; pairs (k, 2) are row numbers in `first` and `second`."""
+    sensors = (first.sensor, second.sensor)
+    return AssociatedReports(sensors, (first.values[pairs[:, 0]], second.values[pairs[:, 1]]))
+
+
+@dataclass(frozen=True, eq=False)
 class AssociatedReports:
     """Rows of reports that are believed to come from one target at one instant.
 

@@ -57,9 +57,6 @@ class Sensor(Protocol):
     def covariance(self, positions: FloatArray) -> FloatArray:
         """Covariance (n, d, d) of the converted position."""
 
-    def sample_noise(self, rng: np.random.Generator, n: int) -> FloatArray:
-        """Draw n Gaussian report errors, shape (n, q)."""
-
 
 class _Radar:
     """What radars of two and three dimensions share; fields live in the subclasses."""
@@ -247,6 +244,58 @@ class Radar3D(_Radar):
     def sigmas(self) -> FloatArray:
         """Standard deviations of the report components, metres and radians."""
         return np.array([self.sigma_range, self.sigma_azimuth, self.sigma_elevation])
+
+
+@dataclass(frozen=True)
+class Tracker2D(_Radar):
+    """A radar with a local tracker: biased in (range, azimuth), noise the same in all directions.
+
+    Its reports are the (range, azimuth) of estimated positions, so that the polar biases add
+    to them exactly, while the noise is that of the estimate: Cartesian and isotropic.
+
+    Parameters
+    ----------
+    position : tuple of float
+        (x, y) in the common frame, metres.
+    sigma : float
+        Standard deviation of an estimated position along each axis, metres.
+    name : str
+        Prefix of its bias names.
+    from_north : bool
+        Whether azimuth is reported from y (north), clockwise.
+
+    Raises
+    ------
+    InvalidInputError
+        A sigma that is not positive; a position of the wrong length.
+
+    References
+    ----------
+    Tian and Huang, J. Electronics & Information Technology 40(3), 2018, equations (2), (3).
+    """
+
+    position: tuple[float, float]
+    sigma: float
+    name: str = "tracker"
+    from_north: bool = False
+
+    dim: ClassVar[int] = 2
+    bias_names: ClassVar[tuple[str, ...]] = ("range", "azimuth")
+    bias_units: ClassVar[tuple[str, ...]] = ("m", "rad")
+
+    def __post_init__(self) -> None:
+        _settle(self, 2)
+        sigma = positive_number(f"sigma of sensor {self.name!r}", self.sigma)
+        object.__setattr__(self, "sigma", sigma)
+
+    def to_cartesian(self, reports: FloatArray, *, unbiased: bool = True) -> FloatArray:
+        """Convert reports (..., 2) to positions: noise is Cartesian, so no factor is due."""
+        return super().to_cartesian(reports, unbiased=False)
+
+    def covariance(self, positions: FloatArray) -> FloatArray:
+        """Covariance (n, 2, 2), sigma^2 times the identity."""
+        shape = (*np.shape(positions), 2)
+        return np.broadcast_to(self.sigma**2 * np.eye(2), shape)
 
 
 @dataclass(frozen=True)

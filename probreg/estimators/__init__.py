@@ -1,9 +1,24 @@
 """Estimators, one method a module, each a frozen dataclass of its settings."""
 
 from probreg.estimators._estimate import Estimate, Estimator
+from probreg.estimators._subsets import required_subsets
 from probreg.estimators.irls import Irls
 from probreg.estimators.least_squares import LeastSquares
 from probreg.estimators.lms import Lms
+from probreg.estimators.lts import Lts
+from probreg.estimators.mm import Mm
 from probreg.estimators.recursive import Recursive
+from probreg.estimators.reweighted_least_squares import ReweightedLeastSquares
 
-__all__ = ["Estimate", "Estimator", "Irls", "LeastSquares", "Lms", "Recursive"]
+__all__ = [
+    "Estimate",
+    "Estimator",
+    "Irls",
+    "LeastSquares",
+    "Lms",
+    "Lts",
+    "Mm",
+    "Recursive",
+    "ReweightedLeastSquares",
+    "required_subsets",
+]

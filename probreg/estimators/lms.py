@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
-from math import comb
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import chdtri
 
 from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate
+from probreg.estimators._subsets import (
+    Unit,
+    check_subsets,
+    check_unit,
+    elemental_subsets,
+    parts,
+    squares,
+    subset_solutions,
+    unit_weights,
+)
 from probreg.noise import Gaussian
 from probreg.posterior import Posterior, spd_inverse
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, Whitened
-from probreg.typing import BoolArray, FloatArray, IntArray
-from probreg.validation import positive_number
-
-_CHUNK = 4_000_000  # residuals held at once
+from probreg.typing import IntArray
 
 
 @dataclass(frozen=True)
@@ -51,18 +56,15 @@ class Lms:
     Regression and Outlier Detection, 1987.
     """
 
-    unit: Literal["row", "equation"] = "row"
+    unit: Unit = "row"
     subsets: int = 200
     reweighted: bool = True
 
     takes_prior: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        positive_number("subsets", self.subsets)
-        if int(self.subsets) != self.subsets:
-            raise InvalidInputError(f"subsets is {self.subsets}; a whole number is needed.")
-        if self.unit not in ("row", "equation"):
-            raise InvalidInputError(f"unit is {self.unit!r}; take 'row' or 'equation'.")
+        check_subsets(self.subsets)
+        check_unit(self.unit)
 
     def estimate(
         self,
@@ -95,8 +97,7 @@ class Lms:
             raise InvalidInputError("Lms takes no prior; use Irls(noise, start=Lms()) with one.")
         posterior = Posterior(problem, Gaussian())
         rows = problem.linearise(np.zeros(len(problem.names))).whitened()
-        p = rows.A.shape[2]
-        chosen = self._draw(len(rows.v), p, int(rows.size.min()), rng)
+        chosen = elemental_subsets(rows, self.subsets, rng)
         result = self._search(posterior, rows, chosen)
         if problem.linear:
             return result
@@ -104,22 +105,21 @@ class Lms:
 
     def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
         p = rows.A.shape[2]
-        candidates = _solutions(rows, chosen)
+        candidates = subset_solutions(rows, chosen)
         # rows of different length are brought to one scale by the medians of their laws
         m = rows.size if self.unit == "row" else np.ones(int(rows.size.sum()))
         expected = chdtri(m, 0.5)
-        parts = _parts(candidates, rows)
-        medians = [np.median(self._squares(rows, part) / expected, axis=-1) for part in parts]
+        medians = [
+            np.median(squares(rows, part, self.unit) / expected, axis=-1)
+            for part in parts(candidates, rows)
+        ]
         ratios = np.concatenate(medians)
         best = int(np.argmin(ratios))
         raw = candidates[best]
-        squares = self._squares(rows, raw)
-        scale2 = ratios[best] * (1.0 + 5.0 / max(squares.size - p, 1)) ** 2
-        keep = squares <= chdtri(m, 0.025) * max(scale2, np.finfo(float).eps)
-        weights = keep.astype(float)
-        if self.unit == "equation":
-            weights = np.zeros(rows.v.shape)
-            weights[_real(rows)] = keep
+        d2 = squares(rows, raw, self.unit)
+        scale2 = ratios[best] * (1.0 + 5.0 / max(d2.size - p, 1)) ** 2
+        keep = d2 <= chdtri(m, 0.025) * max(scale2, np.finfo(float).eps)
+        weights = unit_weights(rows, keep, self.unit)
         theta, covariance = raw, None
         if self.reweighted:
             theta = posterior.solve(rows, weights)
@@ -127,47 +127,8 @@ class Lms:
         info = {
             "raw": raw,
             "scale": float(np.sqrt(scale2)),
-            "median": float(np.median(squares)),
+            "median": float(np.median(d2)),
             "kept": int(keep.sum()),
         }
         names, units = posterior.names, posterior.units
         return Estimate(theta, covariance, weights, None, True, info, names, units)
-
-    def _draw(self, n: int, p: int, m: int, rng: np.random.Generator | None) -> IntArray:
-        rows_needed = -(-p // m)
-        if n < rows_needed:
-            raise InvalidInputError(
-                f"{n} rows of {m} equations cannot give a subset that determines {p} unknowns."
-            )
-        if comb(n, rows_needed) <= self.subsets:
-            return np.array(list(combinations(range(n), rows_needed)))
-        if rng is None:
-            raise InvalidInputError(
-                f"{comb(n, rows_needed)} subsets are too many to try; pass a Generator "
-                "(numpy.random.default_rng(seed)) so that they can be drawn."
-            )
-        return np.stack([rng.choice(n, rows_needed, replace=False) for _ in range(self.subsets)])
-
-    def _squares(self, rows: Whitened, theta: FloatArray) -> FloatArray:
-        v = rows.residual(theta)
-        if self.unit == "row":
-            return np.einsum("...nm,...nm->...n", v, v)
-        return v[..., _real(rows)] ** 2
-
-
-def _real(rows: Whitened) -> BoolArray:
-    return np.arange(rows.v.shape[1]) < rows.size[:, None]
-
-
-def _solutions(rows: Whitened, chosen: IntArray) -> FloatArray:
-    """Least-squares solutions of subsets of rows (k, r), shape (k, p)."""
-    p = rows.A.shape[2]
-    scale = np.linalg.norm(rows.A.reshape(-1, p), axis=0)
-    A = (rows.A[chosen] / scale).reshape(len(chosen), -1, p)
-    v = rows.v[chosen].reshape(len(chosen), -1, 1)
-    return (np.linalg.pinv(A) @ v)[..., 0] / scale
-
-
-def _parts(candidates: FloatArray, rows: Whitened) -> list[FloatArray]:
-    length = max(1, _CHUNK // rows.v.size)
-    return [candidates[a : a + length] for a in range(0, len(candidates), length)]
