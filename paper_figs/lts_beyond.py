@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,7 +15,7 @@ from paper_figs.tables import save_table
 from probreg.typing import FloatArray
 
 FAILURE = 6.0  # standard deviations of the bound beyond which an estimate has failed
-MARKERS = {"all runs": "o", "at most 25 % wrong pairs": "s", "median": "D"}
+MARKERS = {"all runs": "o", "few wrong pairs": "s", "median": "D"}
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
@@ -40,19 +41,11 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
             axes.set_xlabel("error over bound")
         panels[0].set_yticks(range(len(names)), names, fontsize=7)
         panels[0].invert_yaxis()
-        handles = [
-            plt.Line2D(
-                [],
-                [],
-                color="C0",
-                marker=m,
-                linestyle="",
-                label=text,
-                markersize=4,
-                fillstyle="full" if m == "o" else "none",
-            )  # fmt: skip
-            for text, m in MARKERS.items()
-        ]
+        handles = []
+        for label, marker in MARKERS.items():
+            fill = "full" if marker == "o" else "none"
+            style: dict[str, Any] = {"marker": marker, "markersize": 4, "fillstyle": fill}
+            handles.append(plt.Line2D([], [], color="C0", linestyle="", label=label, **style))
         figure.legend(handles=handles, loc="outside upper center", ncols=3)
         text = f"right: share of runs with an error beyond {FAILURE:.0f} bounds in any parameter"
         footnote(figure, source(manifest, text))
@@ -100,7 +93,7 @@ def _table(
     sigmas = sorted({sigma for _, sigma in found})
     header = ["error over bound"]
     for sigma in sigmas:
-        header += [f"{sigma:.0f} m: all", "<= 25 %", "median", "failed"]
+        header += [f"{sigma:.0f} m: all", "few wrong", "median", "failed"]
     rows = []
     for name in names:
         row = [name]

@@ -32,9 +32,10 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         zoom.annotate("", by_range, true, arrowprops={"arrowstyle": "->", "color": colour})
         zoom.annotate("", both, by_range, arrowprops={"arrowstyle": "->", "color": colour})
         zoom.plot(*both, "o", color=colour, label=f"reported by {sensor}")
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         for start, end, text in ((true, by_range, "range"), (by_range, both, "azimuth")):
-            zoom.annotate(f"{text} bias", 0.5 * (start + end), color=colour, fontsize=7,
-                          xytext=(4, 4), textcoords="offset points")  # fmt: skip
+            x, y = 0.5 * (start + end)
+            zoom.text(x, y, f"{text} bias", color=colour, fontsize=7, ha="center", bbox=box)
     zoom.plot(*targets[chosen], "k+", markersize=10, label="true position")
     scene.plot(*targets[chosen], "k+", markersize=10)
     for axes in (scene, zoom):

@@ -19,7 +19,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         errors = (data["sweep_theta"] - data["truth"]).transpose("parameter", "threshold", "case")
         wrong = data["sweep_wrong_share"].values
         thresholds = data["threshold"].values
-        figure, grid = plt.subplots(3, 4, figsize=(WIDTH, 5.8), sharex=True)
+        figure, grid = plt.subplots(3, 4, figsize=(WIDTH, 6.2), sharex=True)
         best = []
         for row, name in zip(grid, SCORES, strict=True):
             curves = []
@@ -38,9 +38,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
             best.append(f"{thresholds[np.argmin(np.mean(curves, axis=0))]:.0f} ({SCORES[name]})")
         for axes in grid[-1]:
             axes.set_xlabel(r"threshold $\rho'$")
-        text = "sigma = 100 m; circle: least error. Best over the four parameters: " + ", ".join(
-            best
-        )
+        text = f"sigma = 100 m; circle: least error. Best over all parameters: {', '.join(best)}"
         footnote(figure, source(manifest, text))
         paths += save(figure, f"lts_fig4{suffix(reading)}", out)
     return paths

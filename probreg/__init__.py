@@ -9,8 +9,8 @@ from probreg.errors import ImproperLawError, InvalidInputError, ProbregError, Un
 from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
-from probreg.reports import AssociatedReports
-from probreg.sensors import PositionSensor, Radar2D, Radar3D
+from probreg.reports import AssociatedReports, SensorReports
+from probreg.sensors import PositionSensor, Radar2D, Radar3D, Tracker2D
 
 __version__ = "0.1.0"
 
@@ -26,6 +26,8 @@ __all__ = [
     "Radar3D",
     "RegistrationProblem",
     "ReportProblem",
+    "SensorReports",
+    "Tracker2D",
     "UnobservableError",
     "__version__",
 ]

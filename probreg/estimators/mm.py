@@ -19,6 +19,7 @@ from probreg.problem import Problem
 from probreg.typing import FloatArray
 from probreg.validation import positive_number
 
+_FLOOR = 1e-6  # of a declared standard deviation; noise-free data leave rounding only
 _SCALE_C = 1.5476  # with this bisquare, half of the largest loss is the mean under the Gaussian
 
 
@@ -111,8 +112,7 @@ def bisquare_scale(d2: FloatArray, parameters: int) -> float:
         loss = -law.log_kernel(d2 / np.exp(2.0 * log_scale), 1)
         return float(loss.sum()) / (dof * top) - 0.5
 
-    size = np.sqrt(np.maximum(np.quantile(d2, [0.2, 1.0]), 1e-12))
-    low, high = np.log(size[0]) - 8.0, np.log(size[1]) + 8.0
+    low, high = np.log(_FLOOR), 0.5 * np.log(max(float(d2.max()), _FLOOR**2)) + 8.0
     if excess(low) <= 0.0:
-        return float(np.exp(low))  # an exact fit of more than half of the data
+        return _FLOOR  # an exact fit of more than half of the data
     return float(np.exp(brentq(excess, low, high)))

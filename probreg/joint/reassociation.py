@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg.association import Objective, assign
 from probreg.contrast import ReportProblem
-from probreg.errors import InvalidInputError
+from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import Estimate, Estimator, ReweightedLeastSquares
 from probreg.joint._frames import corrected_distances, require_reports, with_pairs
 from probreg.reports import SensorReports, pair_up
@@ -71,26 +71,35 @@ class Reassociation:
         -------
         Estimate
             `info`: "pairs" (k, 2), the row numbers believed to belong together, and "rounds".
-            `converged` is False where the pairs still changed at the last round.
+            `converged` is False where the pairs still changed at the last round, or where an
+            estimate left too few pairs to go on from: it and its pairs are then returned.
 
         Raises
         ------
         InvalidInputError, UnobservableError
-            Too few reports or pairs to determine the biases.
+            Too few reports, or too few pairs at the first round, to determine the biases.
         """
         require_reports(first, second, 2)
         theta: FloatArray = np.zeros(len(first.sensor.bias_names) + len(second.sensor.bias_names))
         pairs: IntArray = np.empty((0, 2), dtype=int)
-        gate, rounds, stable = self.gate, 0, False
+        gate, rounds, stable, estimate = self.gate, 0, False, None
         while rounds < self.max_rounds and not stable:
             rounds += 1
             last, at_last_gate = pairs, gate == self.last_gate
             pairs = assign(corrected_distances(first, second, theta), gate, self.objective)
             stable = at_last_gate and np.array_equal(pairs, last)
-            if not stable:
+            if stable:
+                break
+            try:
                 problem = ReportProblem(pair_up(first, second, pairs))
                 estimate = self.estimator.estimate(problem, None, rng)
-                theta = estimate.theta
+            except (InvalidInputError, UnobservableError):
+                if estimate is None:
+                    raise
+                pairs = last  # the last estimate left too few pairs to go on from
+                break
+            theta = estimate.theta
             gate = max(self.last_gate, self.shrink * gate)
+        assert estimate is not None
         done = Estimate(**{**vars(estimate), "converged": stable and estimate.converged})
         return with_pairs(done, pairs, rounds=rounds)

@@ -94,6 +94,11 @@ class NoiseLaw(ABC):
         """E |v|^2 / m at unit scale, by quadrature over the radius."""
         return self.radial_integral(lambda d2: d2, m) / (m * np.exp(self.log_normalizer(m)))
 
+    def unit_information_factor(self, m: int) -> float:
+        """E (w |v|)^2 / m at unit scale, by quadrature over the radius."""
+        moment = self.radial_integral(lambda d2: d2 * self.unit_weight(d2, m) ** 2, m)
+        return moment / (m * float(np.exp(self.log_normalizer(m))))
+
     # -- what follows from it ----------------------------------------------------------
 
     @property
@@ -220,8 +225,7 @@ class NoiseLaw(ABC):
         if not self.proper:
             raise ImproperLawError(self._no_density("asked for its information"))
         size = 1 if self.componentwise else m
-        moment = self.radial_integral(lambda d2: d2 * self.unit_weight(d2, size) ** 2, size)
-        return float(moment / (size * np.exp(self.log_normalizer(size)) * self.unit**2))
+        return float(self.unit_information_factor(size) / self.unit**2)
 
     def radial_integral(self, function: Callable[[FloatArray], FloatArray], m: int) -> float:
         """Integral over R^m of function(|v|^2) exp(log_kernel), scalar parameters only."""

@@ -48,6 +48,10 @@ class Gaussian(ScaleMixture):
         """1."""
         return 1.0
 
+    def unit_information_factor(self, m: int) -> float:
+        """1."""
+        return 1.0
+
     def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         """Standard normal vectors."""
         return rng.standard_normal((n, m))

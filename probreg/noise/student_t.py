@@ -64,6 +64,10 @@ class StudentT(ScaleMixture):
         with np.errstate(divide="ignore"):
             return np.where(nu > 2.0, nu / np.maximum(nu - 2.0, 0.0), np.inf)[()]
 
+    def unit_information_factor(self, m: int) -> float:
+        """(nu + m) / (nu + m + 2)."""
+        return float((self.nu + m) / (self.nu + m + 2.0))
+
     def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         """Normal vectors over the root of a chi-square of nu degrees of freedom."""
         precision = rng.chisquare(self.nu, n) / self.nu
