@@ -17,7 +17,8 @@ from probreg.typing import FloatArray
 from probreg.validation import finite_array
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
-_MAX_PASSES = 20  # linearisations; three or four are usual
+_MAX_PASSES = 30  # linearisations; three or four are usual
+_DIVERGED = 2.0  # growth of the objective that no change of linearisation explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,21 +220,38 @@ class Posterior:
             scale = self.noise.unit if np.ndim(self.noise.unit) == 0 else 1.0
             smooth = Posterior(self._at_start, Hyperbolic(scale=scale), self.prior)
             theta = smooth._find_mode(None, max_iterations, 1e-4).theta
-        iterations, settled = 0, False
-        passes = 0
-        for passes in range(1, _MAX_PASSES + 1):  # noqa: B007
+        iterations, passes, settled = 0, 0, False
+        # where nonlinear steps diverge they are halved: the objective falls from pass to pass
+        kept = np.zeros(theta.size) if self.prior is None else self.prior.mean
+        limit = _DIVERGED * self._objective(self._at_start, kept)
+        while passes < _MAX_PASSES and not settled:
+            passes += 1
             linear = self.problem.linearise(theta)
-            before = theta
-            theta, weights, steps, settled = self._reweight(
-                linear, theta, max_iterations, tolerance
-            )
+            value = 0.0 if self.problem.linear else self._objective(linear, theta)
+            if start is None and value > limit:
+                theta = 0.5 * (kept + theta)
+                continue
+            kept, limit = theta, _DIVERGED * value
+            theta, weights, steps, rested = self._reweight(linear, theta, max_iterations, tolerance)
             iterations += steps
-            moved = _length(theta - before, self.normal_matrix(linear.whitened(), weights))
-            if self.problem.linear or moved < max(tolerance, 1e-5):
-                break
-        else:
-            settled = False
-        return Mode(theta, weights, linear, iterations, passes, settled)
+            moved = _length(theta - kept, self.normal_matrix(linear.whitened(), weights))
+            settled = self.problem.linear or moved < max(tolerance, 1e-5)
+        if not iterations:
+            raise UnobservableError(
+                "no step from the start makes the residuals smaller: these rows agree with no "
+                "bias. Are the reports paired with the right targets?"
+            )
+        return Mode(theta, weights, linear, iterations, passes, settled and rested)
+
+    def _objective(self, linear: RegistrationProblem, theta: FloatArray) -> float:
+        """Minus the log kernels of the rows, and of the prior, up to a constant."""
+        rows = linear.whitened()
+        d2, size = self.noise.squared_norm(rows.residual(theta), rows.size)
+        value = -float(np.sum(self.noise.log_kernel(d2, size)))
+        if self.prior is not None:
+            away = self.prior.root_precision @ (theta - self.prior.mean)
+            value += 0.5 * float(away @ away)
+        return value
 
     def _reweight(
         self, linear: RegistrationProblem, theta: FloatArray, limit: int, tolerance: float

@@ -144,13 +144,39 @@ def test_bad_input():
     ):
         with pytest.raises(InvalidInputError):
             make()
-    ray = first.sensor.to_report(np.array([[1e4, 1e4], [2e4, 2e4], [3e4, 3e4]]))
-    on_ray = SensorReports(first.sensor, ray)
-    seen = second.sensor.to_report(first.sensor.to_cartesian(ray))
-    with pytest.raises((UnobservableError, InvalidInputError)):
-        Consensus().estimate(
-            SensorReports(first.sensor, on_ray.values[:2]), SensorReports(second.sensor, seen[:1])
-        )
+    lonely = SensorReports(second.sensor, second.values[:1])
+    for method in (Consensus(), Reassociation()):
+        with pytest.raises(InvalidInputError, match=r"sensor 'B' has 1 report\(s\); at least 2"):
+            method.estimate(first, lonely)
+
+
+def targets_seen(positions):
+    scene = READINGS["literal"]
+    return tuple(SensorReports(s, s.to_report(np.array(positions))) for s in scene.sensors)
+
+
+def test_targets_on_the_baseline_leave_the_range_biases_undetermined():
+    on_baseline = targets_seen([[2e4, 0.0], [4e4, 0.0], [5e4, 0.0], [8e4, 0.0]])
+    for method in (Consensus(), Reassociation()):
+        with pytest.raises(UnobservableError):
+            method.estimate(*on_baseline)
+    pairs = np.repeat(np.arange(4)[:, None], 2, axis=1)
+    with pytest.raises(UnobservableError, match=r"A\.range \+ B\.range|B\.range \+ A\.range"):
+        LeastSquares().estimate(ReportProblem(pair_up(*on_baseline, pairs)))
+
+
+def test_targets_on_a_ray_of_one_sensor_are_enough():
+    on_ray = targets_seen([[1e4, 2e4], [2e4, 4e4], [3e4, 6e4], [4e4, 8e4]])
+    for method in (Consensus(), Reassociation()):
+        np.testing.assert_allclose(method.estimate(*on_ray).theta / SCALE, 0.0, atol=1e-3)
+
+
+def test_duplicate_reports_are_used_once():
+    first, second = targets_seen([[1e4, 6e4], [2e4, 7e4], [-3e4, 8e4], [4e4, 6.5e4], [0.0, 9e4]])
+    twice = SensorReports(first.sensor, np.concatenate([first.values, first.values]))
+    estimate = Consensus().estimate(twice, second)
+    assert len(estimate.info["pairs"]) == 5
+    assert len(set(estimate.info["pairs"][:, 1])) == 5
 
 
 def test_an_easy_scene_is_left_alone_by_reassociation():
@@ -166,9 +192,28 @@ def test_reassociation_names_its_breakdown():
     class Wild:
         def estimate(self, problem, prior=None, rng=None):
             good = LeastSquares().estimate(problem)
-            return dataclasses.replace(good, theta=good.theta + [1e5, 0.0, 0.0, 0.0])
+            return dataclasses.replace(good, theta=good.theta + np.eye(4)[0] * 1e5)
 
     data, _ = frame(1)
     estimate = Reassociation(estimator=Wild()).estimate(*data)
     assert not estimate.converged
     assert len(estimate.info["pairs"]) > 5
+
+
+@pytest.mark.parametrize("estimator", [LeastSquares(), ReweightedLeastSquares()], ids=repr)
+def test_wrong_pairs_do_not_make_the_exact_model_run_away(estimator):
+    (first, second), _ = frame(0, targets=6, detection=1.0, false_alarms=0.0, side_m=20e3)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        pairs = np.stack([np.arange(6), rng.permutation(6)], axis=1)
+        problem = ReportProblem(pair_up(first, second, pairs))
+        try:
+            estimate = estimator.estimate(problem)
+        except UnobservableError:
+            continue  # said to agree with no bias
+        weights = estimate.weights if estimate.weights.ndim == 2 else estimate.weights[:, None]
+
+        def cost(theta, weights=weights, problem=problem):
+            return np.sum(weights * problem.residual(theta) ** 2)
+
+        assert cost(estimate.theta) <= 1.01 * cost(np.zeros(4))

@@ -15,6 +15,7 @@ from probreg.noise import Gaussian
 from probreg.posterior import Posterior, spd_inverse
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
+from probreg.typing import FloatArray
 from probreg.validation import positive_number
 
 # the exact fit of noise-free data leaves rounding only: 1e-6 of a standard deviation
@@ -93,12 +94,28 @@ class ReweightedLeastSquares:
         info = {"start": first.theta, "trimmed_rms": rms, "kept": int(keep.sum())}
         theta, covariance, fallback = first.theta, None, False
         try:
-            for _ in range(1 if problem.linear else 5):
-                rows = problem.linearise(theta).whitened()
-                theta = posterior.solve(rows, weights)
+            theta = self._refit(problem, posterior, first.theta, weights)
+            rows = problem.linearise(theta).whitened()
             covariance = spd_inverse(posterior.normal_matrix(rows, weights))
         except UnobservableError:
             theta, fallback = first.theta, True
         info["fallback"] = fallback
         names, units = problem.names, problem.units
         return Estimate(theta, covariance, weights, None, True, info, names, units)
+
+    def _refit(
+        self, problem: Problem, posterior: Posterior, theta: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        """Least squares on what is kept, re-linearised while the residuals get smaller."""
+        best, last = np.inf, theta
+        for _ in range(6):
+            rows = problem.linearise(theta).whitened()
+            v = rows.residual(theta)
+            cost = float(np.sum(v**2 * (weights if weights.ndim == 2 else weights[:, None])))
+            if not problem.linear and cost > 2.0 * best:
+                return last  # diverging: these rows agree with no bias
+            best, last = min(best, cost), theta
+            theta = posterior.solve(rows, weights)
+            if problem.linear:
+                break
+        return theta

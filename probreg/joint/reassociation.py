@@ -72,7 +72,7 @@ class Reassociation:
         Estimate
             `info`: "pairs" (k, 2), the row numbers believed to belong together, and "rounds".
             `converged` is False where the pairs still changed at the last round, or where an
-            estimate left too few pairs to go on from: it and its pairs are then returned.
+            estimate left too few pairs to go on from: the one before it is then returned.
 
         Raises
         ------
@@ -82,7 +82,8 @@ class Reassociation:
         require_reports(first, second, 2)
         theta: FloatArray = np.zeros(len(first.sensor.bias_names) + len(second.sensor.bias_names))
         pairs: IntArray = np.empty((0, 2), dtype=int)
-        gate, rounds, stable, estimate = self.gate, 0, False, None
+        gate, rounds, stable = self.gate, 0, False
+        history: list[tuple[Estimate, IntArray]] = []
         while rounds < self.max_rounds and not stable:
             rounds += 1
             last, at_last_gate = pairs, gate == self.last_gate
@@ -94,12 +95,14 @@ class Reassociation:
                 problem = ReportProblem(pair_up(first, second, pairs))
                 estimate = self.estimator.estimate(problem, None, rng)
             except (InvalidInputError, UnobservableError):
-                if estimate is None:
+                if not history:
                     raise
-                pairs = last  # the last estimate left too few pairs to go on from
+                # the last estimate left too few pairs to go on from: take the one before
+                history = history[:-1] or history
                 break
+            history.append((estimate, pairs))
             theta = estimate.theta
             gate = max(self.last_gate, self.shrink * gate)
-        assert estimate is not None
+        estimate, pairs = history[-1]
         done = Estimate(**{**vars(estimate), "converged": stable and estimate.converged})
         return with_pairs(done, pairs, rounds=rounds)

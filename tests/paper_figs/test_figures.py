@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import dataclasses
 import io
 import subprocess
 import sys
@@ -15,22 +16,28 @@ from rich.console import Console
 import paper_figs
 from experiments.results import load_result
 from experiments.runner import run_study
-from experiments.study import configurations, load_study
+from experiments.study import configurations, load_study, study_names
 from paper_figs.__main__ import names
 
 ROOT = Path(__file__).parents[2]
 PAPER = [f"ralad_fig{k}" for k in range(1, 9)] + ["ralad_tables", "ralad_beyond"]
+PAPER += [*(f"lts_fig{k}" for k in range(1, 5)), "lts_beyond"]
+FILES = [*PAPER[:8], "ralad_beyond", *PAPER[10:], *(f"ralad_table{k}" for k in range(1, 7))]
+FILES += ["ralad_beyond_case1_rmse", "lts_fig3_symmetric", "lts_beyond_table"]
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Two replicates of every study, stored under the labels that figures ask for."""
+    """A few runs of every study, stored under the labels that figures ask for."""
     folder = tmp_path_factory.mktemp("results")
-    for name in ("ralad", "ralad_beyond"):
+    for name in study_names():
         study = load_study(name)
-        for label, config in configurations(study, "quick", ["replicates=2"]):
-            plain = label.replace(",replicates=2", "")
-            run_study(study, plain, config, folder, 2, Console(file=io.StringIO()))
+        for label, config in configurations(study, "quick", []):
+            few = {"replicates": min(2, config.replicates)}
+            if hasattr(config, "runs"):
+                few["runs"] = 4
+            small = dataclasses.replace(config, **few)
+            run_study(study, label, small, folder, 2, Console(file=io.StringIO()))
     return folder
 
 
@@ -57,12 +64,7 @@ def test_all_figures_of_the_paper_are_there():
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
     out, done = drawn
-    for name in [
-        *PAPER[:8],
-        "ralad_beyond",
-        *(f"ralad_table{k}" for k in range(1, 7)),
-        "ralad_beyond_case1_rmse",
-    ]:
+    for name in FILES:
         assert (out / f"{name}.pdf").read_bytes().startswith(b"%PDF")
         assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert str(out / f"{name}.pdf") in done.stdout
