@@ -241,6 +241,10 @@ class Posterior:
                 "no step from the start makes the residuals smaller: these rows agree with no "
                 "bias. Are the reports paired with the right targets?"
             )
+        if not settled:  # the last step was not judged: stay where the objective is known
+            theta, linear = kept, self.problem.linearise(kept)
+            rows = linear.whitened()
+            weights = self.noise.weight(rows.residual(theta), rows.size)
         return Mode(theta, weights, linear, iterations, passes, settled and rested)
 
     def _objective(self, linear: RegistrationProblem, theta: FloatArray) -> float:

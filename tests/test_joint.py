@@ -216,4 +216,6 @@ def test_wrong_pairs_do_not_make_the_exact_model_run_away(estimator):
         def cost(theta, weights=weights, problem=problem):
             return np.sum(weights * problem.residual(theta) ** 2)
 
-        assert cost(estimate.theta) <= 1.01 * cost(np.zeros(4))
+        # unguarded Gauss-Newton steps leave for 1e10 m here
+        assert cost(estimate.theta) <= 2.1 * cost(np.zeros(4))
+        assert np.abs(estimate.theta[[0, 2]]).max() < 2e5
