@@ -231,7 +231,7 @@ class Posterior:
             if start is None and value > limit:
                 theta = 0.5 * (kept + theta)
                 continue
-            kept, limit = theta, _DIVERGED * value
+            kept, limit = theta, min(limit, _DIVERGED * value)
             theta, weights, steps, rested = self._reweight(linear, theta, max_iterations, tolerance)
             iterations += steps
             moved = _length(theta - kept, self.normal_matrix(linear.whitened(), weights))
