@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 from math import comb
 from typing import Literal
@@ -9,7 +10,9 @@ from typing import Literal
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.problem import Whitened
+from probreg.estimators._estimate import Estimate
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem, Whitened
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 Unit = Literal["row", "equation"]
@@ -73,6 +76,29 @@ def elemental_subsets(rows: Whitened, limit: int, rng: np.random.Generator | Non
             "(numpy.random.default_rng(seed)) so that they can be drawn."
         )
     return np.stack([rng.choice(n, needed, replace=False) for _ in range(limit)])
+
+
+def search_subsets(
+    problem: Problem,
+    limit: int,
+    rng: np.random.Generator | None,
+    find: Callable[[Whitened, IntArray], Estimate],
+) -> Estimate:
+    """Search the subsets of a problem linearised at zero, and if nonlinear at the result again."""
+    rows = problem.linearise(np.zeros(len(problem.names))).whitened()
+    chosen = elemental_subsets(rows, limit, rng)
+    result = find(rows, chosen)
+    if problem.linear:
+        return result
+    return find(problem.linearise(result.theta).whitened(), chosen)
+
+
+def refuse_prior(prior: GaussianPrior | None, name: str) -> None:
+    """Raise if a prior is given: a median or a trimmed sum has no place for it."""
+    if prior is not None:
+        raise InvalidInputError(
+            f"{name} takes no prior; use Irls(noise, start={name}()) with the prior."
+        )
 
 
 def subset_solutions(rows: Whitened, chosen: IntArray) -> FloatArray:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 from scipy.special import chdtri
 
-from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate
 from probreg.estimators._subsets import (
     Unit,
     check_subsets,
     check_unit,
-    elemental_subsets,
     parts,
+    refuse_prior,
+    search_subsets,
     squares,
     subset_solutions,
     unit_weights,
@@ -93,15 +94,9 @@ class Lms:
         UnobservableError
             The data do not determine every combination.
         """
-        if prior is not None:
-            raise InvalidInputError("Lms takes no prior; use Irls(noise, start=Lms()) with one.")
-        posterior = Posterior(problem, Gaussian())
-        rows = problem.linearise(np.zeros(len(problem.names))).whitened()
-        chosen = elemental_subsets(rows, self.subsets, rng)
-        result = self._search(posterior, rows, chosen)
-        if problem.linear:
-            return result
-        return self._search(posterior, problem.linearise(result.theta).whitened(), chosen)
+        refuse_prior(prior, "Lms")
+        search = partial(self._search, Posterior(problem, Gaussian()))
+        return search_subsets(problem, self.subsets, rng, search)
 
     def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
         p = rows.A.shape[2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -13,8 +14,9 @@ from probreg.estimators._subsets import (
     Unit,
     check_subsets,
     check_unit,
-    elemental_subsets,
     parts,
+    refuse_prior,
+    search_subsets,
     squares,
     subset_solutions,
     unit_weights,
@@ -100,15 +102,9 @@ class Lts:
         UnobservableError
             The data do not determine every combination.
         """
-        if prior is not None:
-            raise InvalidInputError("Lts takes no prior; use Irls(noise, start=Lts()) with one.")
-        posterior = Posterior(problem, Gaussian())
-        rows = problem.linearise(np.zeros(len(problem.names))).whitened()
-        chosen = elemental_subsets(rows, self.subsets, rng)
-        result = self._search(posterior, rows, chosen)
-        if problem.linear:
-            return result
-        return self._search(posterior, problem.linearise(result.theta).whitened(), chosen)
+        refuse_prior(prior, "Lts")
+        search = partial(self._search, Posterior(problem, Gaussian()))
+        return search_subsets(problem, self.subsets, rng, search)
 
     def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
         candidates = subset_solutions(rows, chosen)

@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 from scipy.optimize import brentq
 
-from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._subsets import squares
+from probreg.estimators._subsets import refuse_prior, squares
 from probreg.estimators.irls import Irls
 from probreg.estimators.lts import Lts
 from probreg.noise import Tukey
@@ -68,8 +67,7 @@ class Mm:
         Estimate
             As of `Irls`; `info` has "scale" and "start" too.
         """
-        if prior is not None:
-            raise InvalidInputError("Mm takes no prior; use Irls(Tukey(), start=Lts()) with one.")
+        refuse_prior(prior, "Mm")
         first = self.start.estimate(problem, None, rng)
         rows = problem.linearise(first.theta).whitened()
         scale = bisquare_scale(squares(rows, first.theta, "equation"), rows.A.shape[2])

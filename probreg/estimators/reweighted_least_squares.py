@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg.errors import InvalidInputError, UnobservableError
+from probreg.errors import UnobservableError
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._subsets import Unit, check_unit, squares, unit_weights
+from probreg.estimators._subsets import Unit, check_unit, refuse_prior, squares, unit_weights
 from probreg.estimators.lts import Lts
 from probreg.noise import Gaussian
 from probreg.posterior import Posterior, spd_inverse
@@ -82,8 +82,7 @@ class ReweightedLeastSquares:
         UnobservableError
             The data do not determine every combination.
         """
-        if prior is not None:
-            raise InvalidInputError("ReweightedLeastSquares takes no prior.")
+        refuse_prior(prior, "ReweightedLeastSquares")
         posterior = Posterior(problem, Gaussian())
         first = self.start.estimate(problem, None, rng)
         rows = problem.linearise(first.theta).whitened()

@@ -60,7 +60,7 @@ class LtsScene:
 
 
 # the text puts the square at (0, 80) km; with it a third of the runs have more than a quarter
-# of wrong pairs. A square between the sensors, likely meant, shows the paper's order.
+# of wrong pairs. A square between the sensors, likely meant, has fewer.
 READINGS = {
     "literal": LtsScene(),
     "symmetric": LtsScene(centre_m=(50_000.0, 80_000.0), gate_m=6_000.0, objective="cardinality"),
