@@ -7,8 +7,17 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.lts_common import READINGS, SCORES, SHOWN, load, score, source, suffix
-from paper_figs.style import LTS_COLOURS, WIDTH, footnote, save
+from paper_figs.lts_common import (
+    READINGS,
+    SCORES,
+    SHOWN,
+    bound_score,
+    load,
+    score,
+    source,
+    suffix,
+)
+from paper_figs.style import BOUND, LTS_COLOURS, WIDTH, footnote, save
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
@@ -19,6 +28,9 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         errors = (data["sweep_theta"] - data["truth"]).transpose("parameter", "threshold", "case")
         wrong = data["sweep_wrong_share"].values
         thresholds = data["threshold"].values
+        # the bound is linear in sigma, run by run: one noise level gives it at any other
+        last = data["bound_sd"].isel(sigma=-1)
+        sds = last * (manifest["config"]["sweep_sigma_m"] / float(last["sigma"]))
         figure, grid = plt.subplots(3, 4, figsize=(WIDTH, 6.2), sharex=True)
         best = []
         for row, name in zip(grid, SCORES, strict=True):
@@ -29,6 +41,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
                 values = factor * np.array([score(name, e, wrong) for e in each])
                 curves.append(values / values.min())
                 axes.plot(thresholds, values, marker=".", color=LTS_COLOURS["RLS"])
+                sd = sds.sel(parameter=parameter).values
+                axes.axhline(factor * bound_score(name, sd, wrong), **BOUND)
                 lowest = int(np.argmin(values))
                 axes.plot(thresholds[lowest], values[lowest], "o", color="0.15", fillstyle="none")
                 if name == "pooled":
@@ -38,7 +52,10 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
             best.append(f"{thresholds[np.argmin(np.mean(curves, axis=0))]:.0f} ({SCORES[name]})")
         for axes in grid[-1]:
             axes.set_xlabel(r"threshold $\rho'$")
-        text = f"sigma = 100 m; circle: least error. Best over all parameters: {', '.join(best)}"
+        text = (
+            "sigma = 100 m; circle: least error; dotted: bound, right pairs\n"
+            f"Best over all parameters: {', '.join(best)}"
+        )
         footnote(figure, source(manifest, text))
         paths += save(figure, f"lts_fig4{suffix(reading)}", out)
     return paths
