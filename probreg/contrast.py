@@ -11,7 +11,7 @@ import numpy as np
 from probreg._linalg import precision_weighted_mean
 from probreg.errors import InvalidInputError
 from probreg.observability import Observability
-from probreg.problem import RegistrationProblem, Whitened
+from probreg.problem import RegistrationProblem, Whitened, bias_scale
 from probreg.reports import AssociatedReports
 from probreg.sensors import Sensor
 from probreg.typing import FloatArray, IntArray
@@ -86,6 +86,38 @@ class ReportProblem:
         sizes = [(len(g.sensors) - 1) * g.sensors[0].dim for g in self.reports]
         return np.repeat(sizes, [len(g) for g in self.reports])
 
+    @property
+    def start(self) -> FloatArray:
+        """Zero bias, shape (p,)."""
+        return np.zeros(len(self.names))
+
+    @property
+    def scale(self) -> FloatArray:
+        """One metre or one milliradian for each bias, shape (p,)."""
+        return bias_scale(self.units)
+
+    @property
+    def exact(self) -> None:
+        """None: R changes with theta, so densities use the linear form at the mode."""
+        return
+
+    def shifted(self, row: int, component: int, by: float) -> ReportProblem:
+        """The same problem with one component of the reports of one row moved.
+
+        Components count through the reports of the row's sensors, in the order of `reports`.
+        """
+        groups = []
+        for group in self.reports:
+            if 0 <= row < len(group):
+                values = [np.array(v) for v in group.values]
+                ends = np.cumsum([v.shape[1] for v in values])
+                sensor = int(np.searchsorted(ends, component, side="right"))
+                values[sensor][row, component - int(ends[sensor])] += by
+                group = AssociatedReports(group.sensors, tuple(values), group.time, group.tracks)
+            groups.append(group)
+            row -= len(group)
+        return ReportProblem(*groups)
+
     def residual(self, theta: FloatArray) -> FloatArray:
         """Contrasts of the corrected reports, shape (n, M), metres."""
         theta = self._check(theta)
@@ -135,12 +167,11 @@ class ReportProblem:
 
     def whitened(self, theta: FloatArray | None = None) -> Whitened:
         """The linear problem at theta (by default zero), whitened."""
-        return self.linearise(np.zeros(len(self.names)) if theta is None else theta).whitened()
+        return self.linearise(self.start if theta is None else theta).whitened()
 
     def observability(self, theta: FloatArray | None = None) -> Observability:
         """Singular values and unobservable combinations at theta (by default zero)."""
-        at = np.zeros(len(self.names)) if theta is None else theta
-        return self.linearise(at).observability()
+        return self.linearise(self.start if theta is None else theta).observability()
 
     # -- details -----------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from probreg.errors import InvalidInputError, UnobservableError
 from probreg.noise import Gaussian, Hyperbolic, NoiseLaw
 from probreg.noise._law import require_law
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, RegistrationProblem, Whitened
+from probreg.problem import Problem, RegistrationProblem, Rows, Whitened
 from probreg.typing import FloatArray
 from probreg.validation import finite_array
 
@@ -48,7 +48,8 @@ class Mode:
 class Posterior:
     """Posterior of a constant bias: rows under a noise law, with an optional Gaussian prior.
 
-    A nonlinear problem enters through its linear form at the mode.
+    A nonlinear problem enters exactly where it can (`exact`: bearings), else through its
+    linear form at the mode (polar reports, whose R changes with the bias).
 
     Parameters
     ----------
@@ -90,12 +91,17 @@ class Posterior:
 
     @cached_property
     def linear(self) -> RegistrationProblem:
-        """The linear problem that the densities use: tangent at the mode."""
+        """The linear problem that is tangent at the mode."""
         return self._at_start if self.problem.linear else self._mode.linear
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The whitened rows that the densities use."""
+        return self.linear.whitened() if self.problem.exact is None else self.problem.exact
 
     def log_likelihood(self, theta: FloatArray) -> FloatArray:
         """Log-density of every row, shape (..., n), for theta of shape (..., p)."""
-        rows = self.linear.whitened()
+        rows = self.rows
         v = rows.residual(self._check(theta))
         return self.noise.log_density(v, rows.size) - 0.5 * rows.log_det
 
@@ -115,8 +121,7 @@ class Posterior:
         for rows in self._row_blocks(value[..., 0].size):
             v = rows.residual(theta)
             weighted = _per_component(self.noise.weight(v, rows.size), v) * v
-            flat = weighted.reshape(*theta.shape[:-1], -1)
-            value = value + flat @ rows.A.reshape(-1, theta.shape[-1])
+            value = value + rows.pull_back(theta, weighted)
         if self.prior is not None:
             root = self.prior.root_precision
             value = value - (theta - self.prior.mean) @ (root.T @ root)
@@ -205,7 +210,7 @@ class Posterior:
 
     @cached_property
     def _at_start(self) -> RegistrationProblem:
-        origin = np.zeros(len(self.names)) if self.prior is None else self.prior.mean
+        origin = self.problem.start if self.prior is None else self.prior.mean
         linear = self.problem.linearise(origin)
         if self.prior is None:
             linear.observability().require()
@@ -222,7 +227,7 @@ class Posterior:
             theta = smooth._find_mode(None, max_iterations, 1e-4).theta
         iterations, passes, settled = 0, 0, False
         # where nonlinear steps diverge they are halved: the objective falls from pass to pass
-        kept = np.zeros(theta.size) if self.prior is None else self.prior.mean
+        kept = self.problem.start if self.prior is None else self.prior.mean
         limit = _DIVERGED * self._objective(self._at_start, kept)
         while passes < _MAX_PASSES and not settled:
             passes += 1
@@ -292,14 +297,11 @@ class Posterior:
             matrix = matrix + root.T @ root
         return matrix
 
-    def _row_blocks(self, thetas: int) -> list[Whitened]:
-        rows = self.linear.whitened()
-        length = max(1, _CHUNK // max(1, thetas * rows.v.shape[1]))
-        cuts = range(0, len(rows.v), length)
-        return [
-            Whitened(rows.v[k], rows.A[k], rows.size[k], rows.log_det[k])
-            for k in (slice(a, a + length) for a in cuts)
-        ]
+    def _row_blocks(self, thetas: int) -> list[Rows]:
+        rows = self.rows
+        n, width = len(rows.size), int(rows.size.max())
+        length = max(1, _CHUNK // max(1, thetas * width))
+        return [rows.part(slice(a, a + length)) for a in range(0, n, length)]
 
 
 def _length(step: FloatArray, precision: FloatArray) -> float:

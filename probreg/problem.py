@@ -7,7 +7,7 @@ lengths; they are kept in one array, padded with components that carry no inform
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -18,6 +18,8 @@ from probreg.errors import InvalidInputError
 from probreg.observability import Observability, observe
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array, positive_definite
+
+_SCALES = {"m": 1.0, "rad": 1e-3}
 
 
 class Problem(Protocol):
@@ -35,6 +37,18 @@ class Problem(Protocol):
     def linear(self) -> bool:
         """Whether `linearise` gives the same rows everywhere."""
 
+    @property
+    def start(self) -> FloatArray:
+        """Where it is linearised first, shape (p,)."""
+
+    @property
+    def scale(self) -> FloatArray:
+        """Order of magnitude of the unknowns, shape (p,): the unit of a diffuse start."""
+
+    @property
+    def exact(self) -> Rows | None:
+        """Whitened rows that are right at any theta; None where only linearised ones exist."""
+
     def residual(self, theta: FloatArray) -> FloatArray:
         """Residuals (n, M) at theta (p,)."""
 
@@ -43,6 +57,30 @@ class Problem(Protocol):
 
     def linearise(self, theta: FloatArray) -> RegistrationProblem:
         """The linear problem that is tangent at theta."""
+
+    def shifted(self, row: int, component: int, by: float) -> Problem:
+        """The same problem with one component of one report moved."""
+
+
+class Rows(Protocol):
+    """Whitened rows, of which densities are made."""
+
+    @property
+    def size(self) -> IntArray:
+        """Number of real components of each row, shape (n,)."""
+
+    @property
+    def log_det(self) -> FloatArray:
+        """log |R| of each row, shape (n,)."""
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Whitened residuals (..., n, M) at theta (..., p)."""
+
+    def pull_back(self, theta: FloatArray, v: FloatArray) -> FloatArray:
+        """Minus the derivative of the residuals at theta, transposed, on v (..., n, M): (..., p)."""
+
+    def part(self, chosen: slice) -> Rows:
+        """Some of the rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +110,14 @@ class Whitened:
         n, width, p = self.A.shape
         fitted = theta @ self.A.reshape(n * width, p).T
         return self.v - fitted.reshape(*theta.shape[:-1], n, width)
+
+    def pull_back(self, theta: FloatArray, v: FloatArray) -> FloatArray:
+        """A' v, shape (..., p) for v (..., n, M), the same at every theta."""
+        return v.reshape(*v.shape[:-2], -1) @ self.A.reshape(-1, self.A.shape[-1])
+
+    def part(self, chosen: slice) -> Whitened:
+        """Some of the rows."""
+        return Whitened(self.v[chosen], self.A[chosen], self.size[chosen], self.log_det[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +183,27 @@ class RegistrationProblem:
         """True: the rows do not depend on theta."""
         return True
 
+    @property
+    def start(self) -> FloatArray:
+        """Zero, shape (p,)."""
+        return np.zeros(len(self.names))
+
+    @property
+    def scale(self) -> FloatArray:
+        """One metre or one milliradian for each unknown, shape (p,)."""
+        return bias_scale(self.units)
+
+    @property
+    def exact(self) -> Whitened:
+        """The whitened rows."""
+        return self._whitened
+
+    def shifted(self, row: int, component: int, by: float) -> RegistrationProblem:
+        """The same problem with y[row, component] moved by `by`."""
+        y = self.y.copy()
+        y[row, component] += by
+        return replace(self, y=y)
+
     def residual(self, theta: FloatArray) -> FloatArray:
         """Residuals y - B theta, shape (n, m)."""
         return self.y - self.B @ np.asarray(theta, dtype=float)
@@ -175,6 +242,11 @@ class RegistrationProblem:
         if self.observed is not None:
             return self.observed
         return observe(self._whitened.A.reshape(-1, len(self.names)), self.names)
+
+
+def bias_scale(units: tuple[str, ...]) -> FloatArray:
+    """One metre or one milliradian for each unknown, 1 where there is no unit, shape (p,)."""
+    return np.array([_SCALES.get(unit, 1.0) for unit in units])
 
 
 def _check_padding(y: FloatArray, B: FloatArray, R: FloatArray, size: IntArray) -> None:

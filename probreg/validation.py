@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.typing import FloatArray
+
+LARGE_ANGLE_SIGMA = 0.25  # rad; no tracking sensor is this coarse, but 0.25 deg is common
 
 
 def finite_array(name: str, value: object, shape: tuple[int | None, ...]) -> FloatArray:
@@ -83,3 +87,34 @@ def positive_number(name: str, value: float, *, zero: bool = False) -> float:
         bound = "zero or more" if zero else "above zero"
         raise InvalidInputError(f"{name} is {value!r}; it must be finite and {bound}.")
     return number
+
+
+def angle_sigma(name: str, value: float) -> float:
+    """Check a standard deviation in radians; half a turn is refused, a coarse one questioned."""
+    sigma = positive_number(name, value)
+    if sigma > np.pi:
+        raise InvalidInputError(
+            f"{name} is {sigma:.4g} rad, more than half a turn: that looks like degrees. "
+            "Pass radians (numpy.deg2rad)."
+        )
+    if sigma > LARGE_ANGLE_SIGMA:
+        warnings.warn(
+            f"{name} is {sigma:.4g} rad ({np.rad2deg(sigma):.1f} deg), coarse for a tracking "
+            "sensor; were degrees meant?",
+            stacklevel=5,
+        )
+    return sigma
+
+
+def refuse_degrees(name: str, angles: FloatArray, limit: float) -> None:
+    """Raise if more than a quarter of the angles lie beyond what radians can be.
+
+    Single ones may be outliers; a wrong unit shows in most of them.
+    """
+    row = np.flatnonzero(np.abs(angles) > limit)
+    if row.size > 0.25 * len(angles):
+        raise InvalidInputError(
+            f"{name} is {angles[row[0]]:.4g} in row {row[0]}, and beyond {limit:.3g} in "
+            f"{row.size} of {len(angles)} rows: that looks like degrees. Pass radians "
+            "(numpy.deg2rad)."
+        )

@@ -17,8 +17,6 @@ from probreg.problem import Problem, RegistrationProblem
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import positive_number
 
-UNIT_SCALE = {"m": 1.0, "rad": 1e-3}  # the start P = omega I is meant in metres and milliradians
-
 
 @dataclass(frozen=True)
 class Recursive:
@@ -43,7 +41,8 @@ class Recursive:
     noise : NoiseLaw
         Its weight is evaluated once a row, at the innovation.
     omega : float
-        Without a prior, the start is theta = 0, P = omega I in metres and milliradians.
+        Without a prior, the recursion starts at `problem.start` with P = omega times the
+        squares of `problem.scale`: for biases zero and omega I in metres and milliradians.
     max_passes : int
         For nonlinear problems: re-linearise at the last estimate and run again, until it
         moves by less than a hundredth of a standard deviation.
@@ -108,12 +107,13 @@ class Recursive:
         """
         if prior is not None:
             prior.check(problem.names)
-        theta = np.zeros(len(problem.names)) if prior is None else prior.mean
+        start = self._start(problem, prior)
+        theta = start[0]
         linear = problem.linearise(theta)
         if prior is None:
             linear.observability().require()
         for passes in range(1, self.max_passes + 1):
-            result = self._run(linear, prior, passes)
+            result = self._run(linear, start, problem.scale, passes)
             assert result.sd is not None
             settled = bool(np.all(np.abs(result.theta - theta) < 0.01 * result.sd))
             theta = result.theta
@@ -123,13 +123,16 @@ class Recursive:
         return Estimate(**{**vars(result), "converged": False})
 
     def _run(
-        self, linear: RegistrationProblem, prior: GaussianPrior | None, passes: int
+        self,
+        linear: RegistrationProblem,
+        start: tuple[FloatArray, FloatArray],
+        unit: FloatArray,
+        passes: int,
     ) -> Estimate:
         dtype = np.float64 if self.precision == "double" else np.float32
         n, width, p = linear.B.shape
-        theta, root = self._start(linear, prior)
+        theta, root = start
         # the recursion runs in units in which the unknowns are of order one
-        unit = _unit_scales(linear)
         rows = linear.whitened()
         order = np.arange(n) if linear.time is None else np.argsort(linear.time, kind="stable")
         theta, root = (theta / unit).astype(dtype), (root / unit[:, None]).astype(dtype)
@@ -174,11 +177,11 @@ class Recursive:
         )
 
     def _start(
-        self, linear: RegistrationProblem, prior: GaussianPrior | None
+        self, problem: Problem, prior: GaussianPrior | None
     ) -> tuple[FloatArray, FloatArray]:
         if prior is not None:
-            return prior.mean.copy(), np.linalg.cholesky(prior.covariance)
-        return np.zeros(len(linear.names)), np.sqrt(self.omega) * np.diag(_unit_scales(linear))
+            return prior.mean, np.linalg.cholesky(prior.covariance)
+        return problem.start, np.sqrt(self.omega) * np.diag(problem.scale)
 
 
 def innovation_covariances(
@@ -197,7 +200,7 @@ def innovation_covariances(
     rows : slice
         The rows wanted.
     """
-    first = omega * np.diag(_unit_scales(linear) ** 2)
+    first = omega * np.diag(linear.scale**2)
     P = np.concatenate([first[None], estimate.info["covariance_path"][:-1]])[rows]
     weights = estimate.weights if estimate.weights.ndim == 2 else estimate.weights[:, None]
     B, R = linear.B[rows], linear.R[rows]
@@ -205,10 +208,6 @@ def innovation_covariances(
     root = (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
     noise = (root / weights[rows, None, :]) @ np.swapaxes(root, 1, 2)
     return B @ P @ np.swapaxes(B, 1, 2), noise
-
-
-def _unit_scales(linear: RegistrationProblem) -> FloatArray:
-    return np.array([UNIT_SCALE.get(unit, 1.0) for unit in linear.units])
 
 
 def _row_order(processed: FloatArray, order: IntArray) -> FloatArray:
