@@ -4,18 +4,22 @@ A problem and a noise law make a posterior; estimators and samplers are ways to 
 Report = truth + bias + noise, in metres and radians.
 """
 
+from probreg.bearings import BearingProblem
 from probreg.contrast import ReportProblem
 from probreg.errors import ImproperLawError, InvalidInputError, ProbregError, UnobservableError
 from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
-from probreg.reports import AssociatedReports, SensorReports
-from probreg.sensors import PositionSensor, Radar2D, Radar3D, Tracker2D
+from probreg.reports import AssociatedReports, BearingReports, SensorReports
+from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D, Tracker2D
 
 __version__ = "0.1.0"
 
 __all__ = [
     "AssociatedReports",
+    "BearingProblem",
+    "BearingReports",
+    "BearingSensor",
     "GaussianPrior",
     "ImproperLawError",
     "InvalidInputError",

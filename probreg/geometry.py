@@ -6,9 +6,29 @@ upwards from the x-y plane. Metres and radians throughout.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba.extending import register_jitable
 
 from probreg.typing import FloatArray
+
+
+@register_jitable
+def wrap(angle: Any) -> Any:
+    """Wrap to (-pi, pi]; the same code runs on arrays and in compiled loops."""
+    return np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
+
+
+@register_jitable
+def azimuth_and_gradient(dx: Any, dy: Any) -> tuple[Any, Any, Any]:
+    """Azimuth of (dx, dy), and its derivatives by dx and dy; for arrays and compiled loops.
+
+    The sign of the second derivative is not that printed in equation (3) of Zhang et al.,
+    J. Air Force Engineering Univ. 15(4), 2014.
+    """
+    r2 = dx * dx + dy * dy
+    return np.arctan2(dy, dx), -dy / r2, dx / r2
 
 
 def wrap_angle(angle: FloatArray | float) -> FloatArray:
@@ -24,7 +44,8 @@ def wrap_angle(angle: FloatArray | float) -> FloatArray:
     ndarray
         The same angles modulo 2 pi.
     """
-    return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2.0 * np.pi)
+    wrapped: FloatArray = wrap(np.asarray(angle, dtype=float))
+    return wrapped
 
 
 def azimuth_from_north(azimuth: FloatArray) -> FloatArray:

@@ -28,12 +28,15 @@ class Observability:
         Parameter names.
     equations : int
         Number of scalar equations.
+    advice : str
+        What to do about a combination that is not seen.
     """
 
     singular_values: FloatArray
     null_space: FloatArray
     names: tuple[str, ...]
     equations: int
+    advice: str = "Add targets in other directions, fix a reference sensor,"
 
     @property
     def complete(self) -> bool:
@@ -54,8 +57,8 @@ class Observability:
             few = f"there are {self.equations} equations for {len(self.names)} unknowns. "
         raise UnobservableError(
             f"the data do not determine {len(self.null_space)} combination(s) of the unknowns: "
-            f"{few}Moving along {listing} changes no residual. Add targets in other directions, "
-            "fix a reference sensor, or give a prior (GaussianPrior)."
+            f"{few}Moving along {listing} changes no residual. {self.advice} or give a prior "
+            "(GaussianPrior)."
         )
 
 

@@ -239,8 +239,8 @@ class Posterior:
             kept, limit = theta, min(limit, _DIVERGED * value)
             theta, weights, steps, rested = self._reweight(linear, theta, max_iterations, tolerance)
             iterations += steps
-            moved = _length(theta - kept, self.normal_matrix(linear.whitened(), weights))
-            settled = self.problem.linear or moved < max(tolerance, 1e-5)
+            matrix = self.normal_matrix(linear.whitened(), weights)
+            settled = self.problem.linear or _rests(theta, kept, matrix, max(tolerance, 1e-5))
         if not iterations:
             raise UnobservableError(
                 "no step from the start makes the residuals smaller: these rows agree with no "
@@ -270,9 +270,8 @@ class Posterior:
         for step in range(1, limit + 1):
             matrix = self.normal_matrix(rows, weights)
             before, theta = theta, self._solve(matrix, rows, weights)
-            moved = _length(theta - before, matrix)
             weights = self.noise.weight(rows.residual(theta), rows.size)
-            if moved < tolerance or isinstance(self.noise, Gaussian):
+            if isinstance(self.noise, Gaussian) or _rests(theta, before, matrix, tolerance):
                 return theta, weights, step, True
         return theta, weights, limit, False
 
@@ -304,9 +303,12 @@ class Posterior:
         return [rows.part(slice(a, a + length)) for a in range(0, n, length)]
 
 
-def _length(step: FloatArray, precision: FloatArray) -> float:
-    """Length of a step in standard deviations."""
-    return float(np.sqrt(max(float(step @ precision @ step), 0.0)))
+def _rests(new: FloatArray, old: FloatArray, precision: FloatArray, tolerance: float) -> bool:
+    """Whether a step is short, in standard deviations, or no more than rounding."""
+    step = new - old
+    if bool(np.all(np.abs(step) <= 4.0 * np.finfo(float).eps * np.abs(new))):
+        return True
+    return float(np.sqrt(max(float(step @ precision @ step), 0.0))) < tolerance
 
 
 def _per_component(weights: FloatArray, v: FloatArray) -> FloatArray:

@@ -71,13 +71,13 @@ class Rows(Protocol):
 
     @property
     def log_det(self) -> FloatArray:
-        """log |R| of each row, shape (n,)."""
+        """Log |R| of each row, shape (n,)."""
 
     def residual(self, theta: FloatArray) -> FloatArray:
         """Whitened residuals (..., n, M) at theta (..., p)."""
 
     def pull_back(self, theta: FloatArray, v: FloatArray) -> FloatArray:
-        """Minus the derivative of the residuals at theta, transposed, on v (..., n, M): (..., p)."""
+        """Minus the transposed derivative of the residuals at theta on v (..., n, M): (..., p)."""
 
     def part(self, chosen: slice) -> Rows:
         """Some of the rows."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from probreg.errors import InvalidInputError
-from probreg.sensors import Sensor
+from probreg.sensors import BearingSensor, Sensor
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array
 
@@ -157,3 +157,40 @@ def smoothed_positions(reports: AssociatedReports, window: int = 21) -> tuple[Fl
             out[rows] = median_filter(raw[rows], size=(window, 1), mode="nearest")
         smoothed.append(out)
     return tuple(smoothed)
+
+
+@dataclass(frozen=True, eq=False)
+class BearingReports:
+    """Bearings of one emitter, reported from known own positions.
+
+    Parameters
+    ----------
+    sensor : BearingSensor
+    bearing : ndarray, shape (n,)
+        In the sensor's convention, radians.
+    own_position : ndarray, shape (n, 2)
+        Metres.
+    time : ndarray, shape (n,), optional
+        Seconds.
+
+    Raises
+    ------
+    InvalidInputError
+        Mismatched shapes, NaN or infinity, degrees by the look of them.
+    """
+
+    sensor: BearingSensor
+    bearing: FloatArray
+    own_position: FloatArray
+    time: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        bearing = self.sensor.check(self.bearing)
+        object.__setattr__(self, "bearing", bearing)
+        own = finite_array("own_position", self.own_position, (len(bearing), 2))
+        object.__setattr__(self, "own_position", own)
+        if self.time is not None:
+            object.__setattr__(self, "time", finite_array("time", self.time, (len(bearing),)))
+
+    def __len__(self) -> int:
+        return len(self.bearing)

@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from probreg import AssociatedReports, Radar2D, Radar3D, RegistrationProblem, ReportProblem
+from probreg import (
+    AssociatedReports,
+    BearingReports,
+    BearingSensor,
+    Radar2D,
+    Radar3D,
+    RegistrationProblem,
+    ReportProblem,
+)
 from probreg.scenarios.ralad import RaladScene, RaladTruth, simulate
 
 
@@ -76,3 +84,20 @@ def small_ralad() -> tuple[AssociatedReports, RaladTruth]:
     """Case 1 with a tenth of the scans, spread over the same flight."""
     scene = RaladScene(scans=80, scan_interval_s=1.0)
     return simulate(scene, np.random.default_rng(11))
+
+
+EMITTER = np.array([5e3, 10e3])
+
+
+def passive_reports(
+    seed: int, n: int = 60, noise: float = 1.0, bias: float = 0.0, from_north: bool = False
+) -> BearingReports:
+    """Bearings of one emitter from an aircraft on a bent track."""
+    rng = np.random.default_rng(seed)
+    k = np.arange(float(n))
+    own = np.stack([300.0 * k - 2e3, 800.0 * np.sin(k / 9.0)], axis=1)
+    sensor = BearingSensor(np.deg2rad(0.2), from_north=from_north)
+    errors = noise * sensor.sample_noise(rng, n)
+    errors = -errors if from_north else errors
+    bearing = sensor.to_report(np.broadcast_to(EMITTER, own.shape), own) + errors + bias
+    return BearingReports(sensor, bearing, own, k)

@@ -22,7 +22,7 @@ ROOMS = [
     {"reports", "association", "observability", "prior"},
     {"scenarios"},
     {"problem"},
-    {"contrast", "noise"},
+    {"contrast", "bearings", "noise"},
     {"posterior"},
     {"estimators"},
     {"joint"},

@@ -6,7 +6,7 @@ import numpy as np
 
 from probreg.noise import Gaussian, NoiseLaw
 from probreg.posterior import spd_inverse
-from probreg.problem import Problem
+from probreg.problem import Problem, RegistrationProblem
 from probreg.typing import FloatArray
 
 
@@ -35,9 +35,33 @@ def cramer_rao_bound(
     law = Gaussian() if noise is None else noise
     linear = problem.linearise(theta)
     linear.observability().require()
+    return spd_inverse(_informations(linear, law).sum(axis=0))
+
+
+def cramer_rao_path(
+    problem: Problem, theta: FloatArray, noise: NoiseLaw | None = None
+) -> FloatArray:
+    """The bound after each row, in row order, shape (n, p, p).
+
+    NaN until the rows so far determine every unknown. Parameters and errors as for
+    `cramer_rao_bound`.
+    """
+    linear = problem.linearise(theta)
+    linear.observability().require()
+    total = np.cumsum(_informations(linear, Gaussian() if noise is None else noise), axis=0)
+    path = np.full(total.shape, np.nan)
+    scale = np.sqrt(np.diagonal(total[-1]))
+    units = np.outer(scale, scale)
+    for k, information in enumerate(total):
+        if np.linalg.eigvalsh(information / units)[0] > 1e-12:
+            path[k] = spd_inverse(information)
+    return path
+
+
+def _informations(linear: RegistrationProblem, law: NoiseLaw) -> FloatArray:
+    """Fisher information of each row, shape (n, p, p)."""
     rows = linear.whitened()
-    information = np.zeros((rows.A.shape[-1],) * 2)
+    found = np.einsum("nmp,nmq->npq", rows.A, rows.A)
     for m in np.unique(rows.size):
-        flat = rows.A[rows.size == m].reshape(-1, rows.A.shape[-1])
-        information += law.information_factor(int(m)) * flat.T @ flat
-    return spd_inverse(information)
+        found[rows.size == m] *= law.information_factor(int(m))
+    return found

@@ -2,23 +2,29 @@
 
 from probreg.estimators._estimate import Estimate, Estimator
 from probreg.estimators._subsets import required_subsets
+from probreg.estimators.extended_kalman import ExtendedKalman
 from probreg.estimators.irls import Irls
 from probreg.estimators.least_squares import LeastSquares
 from probreg.estimators.lms import Lms
 from probreg.estimators.lts import Lts
 from probreg.estimators.mm import Mm
 from probreg.estimators.recursive import Recursive
+from probreg.estimators.recursive_tls import RecursiveTls
 from probreg.estimators.reweighted_least_squares import ReweightedLeastSquares
+from probreg.estimators.total_least_squares import TotalLeastSquares
 
 __all__ = [
     "Estimate",
     "Estimator",
+    "ExtendedKalman",
     "Irls",
     "LeastSquares",
     "Lms",
     "Lts",
     "Mm",
     "Recursive",
+    "RecursiveTls",
     "ReweightedLeastSquares",
+    "TotalLeastSquares",
     "required_subsets",
 ]

@@ -84,7 +84,7 @@ def search_subsets(
     rng: np.random.Generator | None,
     find: Callable[[Whitened, IntArray], Estimate],
 ) -> Estimate:
-    """Search the subsets of a problem linearised at its start, and if nonlinear at the result again."""
+    """Search the subsets of a problem linearised at its start, if nonlinear at the result again."""
     rows = problem.linearise(problem.start).whitened()
     chosen = elemental_subsets(rows, limit, rng)
     result = find(rows, chosen)

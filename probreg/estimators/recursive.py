@@ -9,9 +9,9 @@ import numpy as np
 
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._recursion import recurse
+from probreg.estimators._recursion import recurse, require_scalar_law
 from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.noise._law import compile_weight, require_law
+from probreg.noise._law import compile_weight
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, RegistrationProblem
 from probreg.typing import FloatArray, IntArray
@@ -69,13 +69,11 @@ class Recursive:
 
     def __post_init__(self) -> None:
         positive_number("omega", self.omega)
-        require_law(self.noise)
+        require_scalar_law(self.noise)
         if self.max_passes < 1:
             raise InvalidInputError(f"max_passes is {self.max_passes}; at least one is needed.")
         if self.precision not in ("double", "single"):
             raise InvalidInputError(f"precision is {self.precision!r}; 'double' or 'single'.")
-        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
-            raise InvalidInputError("a recursion takes one number a law parameter, not an array.")
 
     def estimate(
         self,

@@ -1,0 +1,366 @@
+"""Bearings-only location: one moving observer, an emitter at rest, no range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from probreg import geometry
+from probreg.errors import InvalidInputError
+from probreg.observability import Observability, observe
+from probreg.problem import RegistrationProblem, bias_scale
+from probreg.reports import BearingReports
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import LARGE_ANGLE_SIGMA, angle_sigma, finite_array, refuse_degrees
+
+PARALLAX = 3.0  # standard deviations by which the lines of sight must turn to give a distance
+_SPREAD_OUT = 0.9  # resultant of doubled angles below which the lines plainly cross
+_PAIRS = 32
+_ADVICE = "The own ship must move across the line of sight: add bearings from other places,"
+
+
+@dataclass(frozen=True, eq=False)
+class BearingRows:
+    """Whitened bearing residuals, exact at any position of the emitter."""
+
+    problem: BearingProblem
+
+    @property
+    def size(self) -> IntArray:
+        """One component a row."""
+        return np.ones(len(self.problem.bearing), dtype=int)
+
+    @property
+    def log_det(self) -> FloatArray:
+        """Log sigma^2 of each row."""
+        return 2.0 * np.log(self.problem.sigma)
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Whitened residuals, shape (..., n, 1), for theta (..., p)."""
+        theta = np.asarray(theta, dtype=float)
+        return (self.problem.angle_left(theta) / self.problem.sigma)[..., None]
+
+    def pull_back(self, theta: FloatArray, v: FloatArray) -> FloatArray:
+        """Whitened gradient of the predicted bearings at theta, transposed, on v (..., n, 1)."""
+        slope = self.problem.gradient(theta)
+        return np.einsum("...np,...n->...p", slope, v[..., 0] / self.problem.sigma)
+
+    def part(self, chosen: slice) -> BearingRows:
+        """Some of the rows."""
+        return BearingRows(self.problem.part(chosen))
+
+
+@dataclass(frozen=True, eq=False)
+class BearingProblem:
+    """Bearings of an emitter at rest, taken from known own positions.
+
+    The unknowns are the emitter's position and, on request, the sensor's own bearing bias.
+    Report = truth + bias + noise.
+
+    Parameters
+    ----------
+    bearing : ndarray, shape (n,)
+        Reported bearings, radians.
+    own_position : ndarray, shape (n, 2)
+        Own position at each report, metres.
+    sigma : float or ndarray, shape (n,)
+        Standard deviation of the bearings, radians.
+    time : ndarray, shape (n,), optional
+        Seconds.
+    sensor_bias : bool
+        Whether the bearing bias is a third unknown.
+    name : str
+        Sensor name, prefix of its bias.
+    from_north : bool
+        Whether bearings, and the bias, are counted from y (north) clockwise instead of from
+        x counter-clockwise.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        "emitter.x", "emitter.y" in m (and "sensor.bearing" in rad).
+
+    Raises
+    ------
+    InvalidInputError
+        Mismatched shapes, NaN or infinity, no bearing, a sigma that is not positive, angles
+        that look like degrees.
+    """
+
+    bearing: FloatArray
+    own_position: FloatArray
+    sigma: Any  # float or array in, array inside
+    time: FloatArray | None = None
+    sensor_bias: bool = False
+    name: str = "sensor"
+    from_north: bool = False
+
+    linear = False
+
+    def __post_init__(self) -> None:
+        bearing = finite_array("bearing", self.bearing, (None,))
+        n = bearing.size
+        if n == 0:
+            raise InvalidInputError("there is no bearing.")
+        refuse_degrees("bearing", bearing, 2.0 * np.pi)
+        sigma = finite_array("sigma", np.broadcast_to(self.sigma, n), (n,))
+        for value in (sigma.min(), sigma.max()):
+            angle_sigma("sigma", float(value))
+        object.__setattr__(self, "bearing", bearing)
+        object.__setattr__(self, "sigma", sigma)
+        own = finite_array("own_position", self.own_position, (n, 2))
+        object.__setattr__(self, "own_position", own)
+        if self.time is not None:
+            object.__setattr__(self, "time", finite_array("time", self.time, (n,)))
+
+    @classmethod
+    def of(cls, reports: BearingReports, sensor_bias: bool = False) -> BearingProblem:
+        """Make the problem of reports of a described sensor."""
+        sensor = reports.sensor
+        return cls(
+            reports.bearing,
+            reports.own_position,
+            sensor.sigma_bearing,
+            reports.time,
+            sensor_bias,
+            sensor.name,
+            sensor.from_north,
+        )
+
+    def __len__(self) -> int:
+        return len(self.bearing)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        own = (f"{self.name}.bearing",) if self.sensor_bias else ()
+        return ("emitter.x", "emitter.y", *own)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the unknowns."""
+        return ("m", "m", "rad")[: len(self.names)]
+
+    @property
+    def azimuth(self) -> FloatArray:
+        """Reported bearings from x, counter-clockwise, shape (n,)."""
+        return geometry.azimuth_from_north(self.bearing) if self.from_north else self.bearing
+
+    @property
+    def sign(self) -> float:
+        """What a positive bias does to `azimuth`: 1, or -1 where bearings turn clockwise."""
+        return -1.0 if self.from_north else 1.0
+
+    @property
+    def exact(self) -> BearingRows:
+        """Whitened rows that are right at any theta."""
+        return BearingRows(self)
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """A point from which to linearise, with no bias, shape (p,).
+
+        The one with the least absolute residuals among the least-squares meeting point of all
+        lines of sight, those of pairs of lines, and points straight ahead: outliers spoil some
+        of these but not all.
+        """
+        places = self._points_ahead()
+        if self._blind is None:
+            places = np.concatenate([places, self._meeting_points()])
+        theta = np.zeros((len(places), len(self.names)))
+        theta[:, :2] = places
+        cost = np.abs(self.exact.residual(theta)[..., 0]).sum(axis=-1)
+        return theta[np.argmin(cost)]
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Largest distance of the start from the own positions, and 1 mrad, shape (p,)."""
+        scale = bias_scale(self.units)
+        scale[:2] = np.linalg.norm(self.start[:2] - self.own_position, axis=1).max()
+        return scale
+
+    def part(self, chosen: slice | IntArray) -> BearingProblem:
+        """The problem of some of the bearings."""
+        time = None if self.time is None else self.time[chosen]
+        bearing, own = self.bearing[chosen], self.own_position[chosen]
+        return replace(self, bearing=bearing, own_position=own, sigma=self.sigma[chosen], time=time)
+
+    def shifted(self, row: int, component: int, by: float) -> BearingProblem:
+        """The same problem with one bearing moved by `by` radians; `component` must be 0."""
+        bearing = self.bearing.copy()
+        bearing[row] += (by, *())[component]
+        return replace(self, bearing=bearing)
+
+    def angle_left(self, theta: FloatArray) -> FloatArray:
+        """Reported minus predicted azimuth, wrapped, shape (..., n), for theta (..., p)."""
+        theta = np.asarray(theta, dtype=float)
+        left = self.azimuth - self._predict(theta)[0]
+        if self.sensor_bias:
+            left = left - self.sign * theta[..., 2:]
+        return geometry.wrap_angle(left)
+
+    def gradient(self, theta: FloatArray) -> FloatArray:
+        """Derivative of the predicted azimuth by theta, shape (..., n, p)."""
+        _, by_x, by_y = self._predict(np.asarray(theta, dtype=float))
+        own = (np.full_like(by_x, self.sign),) if self.sensor_bias else ()
+        return np.stack([by_x, by_y, *own], axis=-1)
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Residuals (n, 1), radians counter-clockwise."""
+        return self.angle_left(self._check(theta))[:, None]
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Derivative (n, 1, p) of the residuals."""
+        return -self.gradient(self._check(theta))[:, None, :]
+
+    def linearise(self, theta: FloatArray) -> RegistrationProblem:
+        """The linear problem tangent at theta: y = residual + B theta.
+
+        Raises
+        ------
+        InvalidInputError
+            The emitter would be on the track, where its bearing is undefined.
+        """
+        theta = self._check(theta)
+        distance = np.linalg.norm(theta[:2] - self.own_position, axis=1)
+        if distance.min() <= 1e-9 * max(1.0, distance.max()):
+            raise InvalidInputError(
+                f"the emitter would be at own position {int(distance.argmin())}, on the track: its "
+                "bearing is undefined there. Remove bearings taken on top of it, or start "
+                "elsewhere."
+            )
+        B = self.gradient(theta)
+        return RegistrationProblem(
+            self.residual(theta) + (B @ theta)[:, None],
+            B[:, None, :],
+            (self.sigma**2)[:, None, None],
+            self.time,
+            self.names,
+            self.units,
+            observed=self._verdict(B / self.sigma[:, None]),
+        )
+
+    def lines(self, spread: FloatArray | float = 1.0) -> RegistrationProblem:
+        """The lines of sight as linear equations in the position: sin(a) x - cos(a) y = z.
+
+        Least squares on them is bearing-line least squares, `Recursive(Gaussian(), 1e8)` its
+        recursion. The bearings' noise is in both sides, so the solution is biased.
+
+        Parameters
+        ----------
+        spread : float or ndarray, shape (n,)
+            Standard deviation of a row, metres: equal for equal weights, sigma times the
+            distance for Stansfield's.
+
+        Raises
+        ------
+        InvalidInputError
+            With a bearing bias as unknown: the lines do not hold it.
+        """
+        if self.sensor_bias:
+            raise InvalidInputError(
+                "the lines of sight are linear in the position only, not in a bearing bias; take "
+                "Irls or LeastSquares on the problem itself."
+            )
+        H, Z = self.line_equations()
+        n = len(self)
+        spread = finite_array("spread", np.broadcast_to(spread, n), (n,))
+        return RegistrationProblem(
+            Z[:, None],
+            H[:, None, :],
+            (spread**2)[:, None, None],
+            self.time,
+            self.names,
+            self.units,
+            observed=self._verdict(H / spread[:, None]),
+        )
+
+    def line_equations(self) -> tuple[FloatArray, FloatArray]:
+        """H (n, 2) and Z (n,) of the lines of sight H X = Z, metres.
+
+        References
+        ----------
+        Wu et al., J. Central South Univ. 46(3), 2015, equation (3), times cos(bearing).
+        """
+        sine, cosine = np.sin(self.azimuth), np.cos(self.azimuth)
+        H = np.stack([sine, -cosine], axis=1)
+        return H, np.einsum("ni,ni->n", H, self.own_position)
+
+    def meeting_point(self) -> FloatArray:
+        """Where the lines of sight meet by equal-weight least squares, (2,), metres."""
+        place: FloatArray = np.linalg.lstsq(*self.line_equations(), rcond=None)[0]
+        return place
+
+    @property
+    def lines_meet(self) -> bool:
+        """Whether the lines of sight turn by more than their noise explains."""
+        return self._blind is None
+
+    def observability(self, theta: FloatArray | None = None) -> Observability:
+        """Singular values and unobservable combinations at theta (by default the start)."""
+        return self.linearise(self.start if theta is None else theta).observability()
+
+    # -- details -----------------------------------------------------------------------
+
+    def _check(self, theta: FloatArray) -> FloatArray:
+        return finite_array("theta", theta, (len(self.names),))
+
+    def _predict(self, theta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        away = theta[..., None, :2] - self.own_position
+        found: tuple[FloatArray, FloatArray, FloatArray] = geometry.azimuth_and_gradient(
+            away[..., 0], away[..., 1]
+        )
+        return found
+
+    @cached_property
+    def _blind(self) -> FloatArray | None:
+        """Direction (2,) of the lines of sight if they are parallel within their noise.
+
+        They are if the own ship stays, or moves along them: the distance is then not told.
+        """
+        weight = self.sigma**-2.0
+        total = weight.sum()
+        double = np.sum(weight * np.exp(2j * self.azimuth)) / total
+        if abs(double) < _SPREAD_OUT and self.sigma.max() < LARGE_ANGLE_SIGMA:
+            return None
+        common = 0.5 * np.angle(double)
+        turn = 0.5 * geometry.wrap_angle(2.0 * (self.azimuth - common))
+        across = self.own_position @ np.array([-np.sin(common), np.cos(common)])
+        across = across - weight @ across / total
+        length = np.sqrt(weight @ across**2)
+        seen = length > 1e-9 * np.sqrt(total) * np.abs(self.own_position).max(initial=1.0)
+        if seen and abs(np.sum(weight * across * turn)) > PARALLAX * length:
+            return None
+        return np.array([np.cos(common), np.sin(common)])
+
+    def _verdict(self, sensitivity: FloatArray) -> Observability:
+        """Observability of whitened sensitivities (n, p), and of the lines of sight."""
+        found = observe(sensitivity, self.names)
+        if found.complete and self._blind is not None:
+            row = np.zeros((1, len(self.names)))
+            row[0, :2] = self._blind
+            found = replace(found, null_space=row)
+        return replace(found, advice=_ADVICE)
+
+    def _points_ahead(self) -> FloatArray:
+        """Points (k, 2) along the mean bearing, from a tenth of the track's length on."""
+        centre = self.own_position.mean(axis=0)
+        track = float(np.ptp(self.own_position, axis=0).max()) or 1e3
+        mean = np.angle(np.sum(np.exp(1j * self.azimuth)))
+        distance = track * np.logspace(-1.0, 3.0, 17)
+        return centre + distance[:, None] * np.array([np.cos(mean), np.sin(mean)])
+
+    def _meeting_points(self) -> FloatArray:
+        """Where all lines (1), and lines half a recording apart (up to _PAIRS), meet: (k, 2)."""
+        H, Z = self.line_equations()
+        places = [self.meeting_point()[None]]
+        half = (len(self) + 1) // 2
+        first = np.unique(np.linspace(0, len(self) - half - 1, _PAIRS).astype(int))
+        pair = np.stack([first, first + half], axis=1)
+        crossing = np.abs(np.linalg.det(H[pair])) > 1e-9
+        pair = pair[crossing]
+        places.append(np.linalg.solve(H[pair], Z[pair][..., None])[..., 0])
+        return np.concatenate(places)

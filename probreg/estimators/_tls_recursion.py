@@ -1,0 +1,75 @@
+"""The compiled recursion of total least squares: one power step a line of sight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from probreg.typing import FloatArray
+
+
+@numba.njit(cache=True)
+def follow_lines(
+    d: FloatArray,
+    own: FloatArray,
+    sigma: FloatArray,
+    trust: FloatArray,
+    weight: Any,
+    params: FloatArray,
+    unit: float,
+    reject_above: float,
+    S: FloatArray,
+    v: FloatArray,
+    weights: FloatArray,
+    path: FloatArray,
+) -> None:
+    """Run through augmented lines d (n, 3) = (H, Z), changing S (3, 3) and v (3,).
+
+    S is the inverse of the paper's P: by the inversion lemma S + w d d' is what its (16)
+    does to P, and solving with S is the power step, without the cancellation in P.
+    Each line has a known weight `trust` (n,), multiplied by that of its residual under a
+    trial update. Writes these products and the position after each line, (n, 2).
+    """
+    inverse_unit2 = 1.0 / (unit * unit)
+    trial, step = np.empty((3, 3)), np.empty(3)
+    for i in range(d.shape[0]):
+        _add(S, d[i], trust[i], trial)
+        _power_step(trial, v, step)
+        x, y = -step[0] / step[2], -step[1] / step[2]
+        left = d[i, 0] * x + d[i, 1] * y - d[i, 2]
+        spread = sigma[i] * np.hypot(x - own[i, 0], y - own[i, 1])
+        w = 1.0
+        # with one line the trial lies on it, or on the own position: nothing to judge by
+        if spread > 0.0 and np.isfinite(spread):
+            u2 = left * left / (spread * spread)
+            w = weight(u2 * inverse_unit2, 1.0, params) * inverse_unit2
+            if u2 > reject_above * reject_above:
+                w = 0.0
+        weights[i] = w * trust[i]
+        _add(S, d[i], weights[i], S)
+        _power_step(S, v, v)
+        path[i, 0], path[i, 1] = -v[0] / v[2], -v[1] / v[2]
+
+
+@numba.njit(cache=True)
+def _add(S: FloatArray, d: FloatArray, w: float, out: FloatArray) -> None:
+    for a in range(3):
+        for b in range(3):
+            out[a, b] = S[a, b] + w * d[a] * d[b]
+
+
+@numba.njit(cache=True)
+def _power_step(S: FloatArray, v: FloatArray, out: FloatArray) -> None:
+    """Out = S^-1 v, normalised; S is symmetric positive definite, 3 x 3."""
+    L = np.linalg.cholesky(S)
+    z0 = v[0] / L[0, 0]
+    z1 = (v[1] - L[1, 0] * z0) / L[1, 1]
+    z2 = (v[2] - L[2, 0] * z0 - L[2, 1] * z1) / L[2, 2]
+    out[2] = z2 / L[2, 2]
+    out[1] = (z1 - L[2, 1] * out[2]) / L[1, 1]
+    out[0] = (z0 - L[1, 0] * out[1] - L[2, 0] * out[2]) / L[0, 0]
+    length = np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
+    for a in range(3):
+        out[a] /= length

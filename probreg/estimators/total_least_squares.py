@@ -1,0 +1,96 @@
+"""Batch total least squares of lines of sight, plain and robust."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from probreg.bearings import BearingProblem
+from probreg.errors import InvalidInputError
+from probreg.estimators import _total
+from probreg.estimators._bearings import require_bearings
+from probreg.estimators._estimate import Estimate, Estimator
+from probreg.estimators._subsets import refuse_prior
+from probreg.noise import Gaussian, NoiseLaw
+from probreg.prior import GaussianPrior
+from probreg.problem import Problem
+
+
+@dataclass(frozen=True)
+class TotalLeastSquares:
+    """The point X that minimises sum (H X - Z)^2 / (1 + X'X) over lines of sight.
+
+    The bearings' noise is in H and Z alike, so plain least squares on the lines is biased;
+    the smallest singular vector of [H Z] hardly is. With a noise law other than the Gaussian
+    the lines are reweighted by their residuals over sigma times the distance, to convergence.
+
+    Parameters
+    ----------
+    noise : NoiseLaw
+    start : Estimator, optional
+        Gives the first weights; by default the plain solution does.
+    max_iterations : int
+        Limit on reweightings.
+
+    References
+    ----------
+    Wu et al., J. Central South Univ. 46(3), 2015, equations (6) to (8) and (19) to (22).
+    """
+
+    noise: NoiseLaw = field(default_factory=Gaussian)
+    start: Estimator | None = None
+    max_iterations: int = 200
+
+    problem_type: ClassVar[type] = BearingProblem
+    takes_prior: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        if self.max_iterations < 1:
+            raise InvalidInputError(f"max_iterations is {self.max_iterations}; 1 is the least.")
+
+    def estimate(
+        self,
+        problem: Problem,
+        prior: GaussianPrior | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> Estimate:
+        """Solve, reweight, and solve again until the weights rest.
+
+        Parameters
+        ----------
+        problem : BearingProblem
+        prior : GaussianPrior, optional
+            Refused.
+        rng : numpy.random.Generator, optional
+            Passed to `start`.
+
+        Returns
+        -------
+        Estimate
+            `covariance` is first-order and takes the noise from the residuals; `info` has
+            "iterations" and "rejected", the number of lines of weight zero.
+
+        Raises
+        ------
+        UnobservableError
+            The bearings do not determine the position, or too many were rejected.
+        InvalidInputError
+            Not a BearingProblem, or one with a bearing bias.
+        """
+        refuse_prior(prior, type(self).__name__)
+        bearings = require_bearings(problem, type(self).__name__)
+        bearings.observability().require()
+        weights = _total.known_weights(bearings)
+        if self.start is not None:
+            place = self.start.estimate(bearings, None, rng).theta
+            weights = _total.equivalent_weights(bearings, place, self.noise, weights)
+        place, weights, iterations, settled = _total.reweight(
+            bearings, self.noise, weights, self.max_iterations
+        )
+        info = {"iterations": iterations, "rejected": int((weights == 0.0).sum())}
+        covariance = _total.line_covariance(bearings, place, weights)
+        return Estimate(
+            place, covariance, weights, None, settled, info, problem.names, problem.units
+        )

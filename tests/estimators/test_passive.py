@@ -1,0 +1,391 @@
+"""The extended Kalman filter and total least squares of bearings, against independent forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from probreg import BearingProblem, GaussianPrior, UnobservableError
+from probreg.errors import InvalidInputError
+from probreg.estimators import (
+    ExtendedKalman,
+    LeastSquares,
+    Recursive,
+    RecursiveTls,
+    TotalLeastSquares,
+)
+from probreg.estimators import _bearing_filter as ekf
+from probreg.estimators import _tls_recursion as tls
+from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Igg3, StudentT
+from probreg.scenarios import rekf, rrtls
+from tests.conftest import EMITTER, linear_problem, passive_reports
+
+LAW = Igg3(1.2, 4.0)
+
+
+def scene(outliers="one_sided", seed=2, **kwargs):
+    settings = rekf.RekfScene(outliers=outliers, **kwargs)
+    data, truth = rekf.simulate(settings, np.random.default_rng(seed))
+    return BearingProblem.of(data), truth
+
+
+def distant(seed=2, **kwargs):
+    data, truth = rrtls.simulate(rrtls.RrtlsScene(**kwargs), np.random.default_rng(seed))
+    return BearingProblem.of(data), truth
+
+
+def igg3(u, k1, k2):
+    u = abs(u)
+    if u <= k1:
+        return 1.0
+    return k1 / u * ((k2 - u) / (k2 - k1)) ** 2 if u < k2 else 0.0
+
+
+def relative_filter(problem, thresholds=None, gate=None, q=0.0):
+    """Equations (1) to (10) in the paper's own state [dx, vx, dy, vy], in plain numpy."""
+    own, z, T = problem.own_position, problem.bearing, 1.0
+    sine, cosine = np.sin(z[:5]), np.cos(z[:5])
+    H5 = np.stack([sine, -cosine], axis=1)
+    place = np.linalg.solve(H5.T @ H5, H5.T @ (H5 * own[:5]).sum(axis=1))
+    v = (own[1] - own[0]) / T
+    x = np.array([place[0] - own[4, 0], -v[0], place[1] - own[4, 1], -v[1]])
+    P = np.diag([1e6, 0.0, 1e6, 0.0])
+    F = np.kron(np.eye(2), [[1.0, T], [0.0, 1.0]])
+    G = np.kron(np.eye(2), [[T**2 / 2], [T]])
+    path, passes = [], []
+    for k in range(5, len(z)):
+        x, P = F @ x, F @ P @ F.T + q**2 * G @ G.T
+        r2 = x[0] ** 2 + x[2] ** 2
+        H = np.array([-x[2] / r2, 0.0, x[0] / r2, 0.0])
+        innovation = np.angle(np.exp(1j * (z[k] - np.arctan2(x[2], x[0]))))
+        R, w, count = problem.sigma[k] ** 2, 1.0, 0
+        after = x + P @ H / (H @ P @ H + R) * innovation
+        if thresholds and (gate is None or innovation**2 / (H @ P @ H + R) > gate):
+            while count < 10:
+                count += 1
+                left = np.angle(np.exp(1j * (z[k] - np.arctan2(after[2], after[0]))))
+                w = igg3(left / problem.sigma[k], *thresholds)
+                before = after
+                after = x + P @ H / (H @ P @ H + R / w) * innovation if w > 0.0 else x
+                if np.hypot(after[0] - before[0], after[2] - before[2]) < 0.01:
+                    break
+        if w > 0.0:
+            P = P - np.outer(P @ H, P @ H) / (H @ P @ H + R / w)
+        x = after
+        path.append([x[0] + own[k, 0], x[2] + own[k, 1]])
+        passes.append(count)
+    return np.array(path), P[::2, ::2], np.array(passes)
+
+
+@pytest.mark.parametrize("gate", [None, 7.879])
+@pytest.mark.parametrize("thresholds", [None, (1.2, 4.0)])
+def test_filter_is_the_papers_in_relative_coordinates(thresholds, gate):
+    problem, _ = scene()
+    law = Igg3(*thresholds) if thresholds else Gaussian()
+    estimate = ExtendedKalman(law, robust_above=gate).estimate(problem)
+    path, P, passes = relative_filter(problem, thresholds, gate)
+    np.testing.assert_allclose(estimate.path[5:], path, atol=1e-6)
+    np.testing.assert_allclose(estimate.covariance, P, rtol=1e-6)
+    assert np.isnan(estimate.path[:4]).all()
+    np.testing.assert_array_equal(estimate.path[4], estimate.info["start"])
+    if thresholds:
+        np.testing.assert_array_equal(estimate.info["passes"], passes)
+        assert estimate.info["rejected"] == (estimate.weights == 0.0).sum() > 3
+
+
+def test_a_moving_emitter_is_the_papers_process_noise():
+    problem, _ = scene("none")
+    estimate = ExtendedKalman(acceleration=1e-2).estimate(problem)
+    path, P, _ = relative_filter(problem, q=1e-2)
+    np.testing.assert_allclose(estimate.path[5:], path, atol=1e-5)
+    np.testing.assert_allclose(estimate.covariance, P, rtol=1e-5)
+    fixed = ExtendedKalman().estimate(problem)
+    assert (estimate.sd > 1.5 * fixed.sd).all()  # forgetting
+
+
+def test_without_process_noise_it_is_the_static_two_state_filter():
+    problem, _ = scene("none")
+    prior = GaussianPrior.from_sd(np.array([800.0, 500.0]), EMITTER + np.array([300.0, -200.0]))
+    estimate = ExtendedKalman().estimate(problem, prior)
+    x, P = prior.mean.copy(), prior.covariance.copy()
+    for z, own, s in zip(problem.bearing, problem.own_position, problem.sigma, strict=True):
+        d = x - own
+        H = np.array([-d[1], d[0]]) / (d @ d)
+        K = P @ H / (H @ P @ H + s**2)
+        x, P = x + K * (z - np.arctan2(d[1], d[0])), P - np.outer(K, H @ P)
+    np.testing.assert_allclose(estimate.theta, x, atol=1e-6)
+    np.testing.assert_allclose(estimate.covariance, P, rtol=1e-8)
+
+
+def test_with_a_near_start_it_is_batch_least_squares():
+    problem, _ = scene("none", sigma_deg=0.01)
+    prior = GaussianPrior.from_sd(np.array([1e3, 1e3]), EMITTER + np.array([0.3, -0.2]))
+    filtered = ExtendedKalman().estimate(problem, prior)
+    batch = LeastSquares().estimate(problem, prior)
+    np.testing.assert_allclose(filtered.theta, batch.theta, atol=0.02 * batch.sd.min())
+    np.testing.assert_allclose(filtered.covariance, batch.covariance, rtol=1e-3)
+
+
+def test_reusing_the_start_loses_no_bearing():
+    problem, _ = scene("none")
+    paper, reused = (ExtendedKalman(reuse_start=k).estimate(problem) for k in (False, True))
+    assert (reused.sd < paper.sd).all()
+    assert len(reused.info["passes"]) == len(problem) == len(paper.info["passes"]) + 5
+
+
+def test_a_bearing_bias_is_estimated_with_the_position():
+    reports = passive_reports(3, n=200, bias=0.01, from_north=True)
+    problem = BearingProblem.of(reports, sensor_bias=True)
+    prior = GaussianPrior.from_sd(np.array([500.0, 500.0, 0.05]), np.array([5.2e3, 9.8e3, 0.0]))
+    estimate = ExtendedKalman().estimate(problem, prior)
+    batch = LeastSquares().estimate(problem, prior)
+    assert (np.abs(estimate.theta - batch.theta) < batch.sd).all()
+    np.testing.assert_allclose(estimate.covariance, batch.covariance, rtol=0.2)
+    with pytest.raises(InvalidInputError, match="cannot start a bearing bias"):
+        ExtendedKalman().estimate(problem)
+
+
+@pytest.mark.parametrize("law", [Gaussian(), LAW, StudentT(3.0), Huber(1.345), Contaminated()])
+def test_compiled_filter_is_the_same_code_in_plain_python(law, monkeypatch):
+    problem, _ = scene()
+    compiled = ExtendedKalman(law).estimate(problem)
+    for name in ("_predict", "_update"):
+        monkeypatch.setattr(ekf, name, getattr(ekf, name).py_func)
+    plain = ekf.filter_bearings.py_func
+    monkeypatch.setattr("probreg.estimators.extended_kalman.filter_bearings", plain)
+    slow = ExtendedKalman(law).estimate(problem)
+    np.testing.assert_allclose(slow.path, compiled.path, rtol=1e-10)
+    np.testing.assert_allclose(slow.weights, compiled.weights, rtol=1e-8, atol=1e-12)
+
+
+def test_the_robust_filter_stands_where_the_plain_one_falls():
+    gaps = {"plain": [], "robust": []}
+    for seed in range(20):
+        problem, truth = scene(seed=seed)
+        for name, law in (("plain", Gaussian()), ("robust", LAW)):
+            theta = ExtendedKalman(law).estimate(problem).theta
+            gaps[name].append(np.linalg.norm(theta - truth.emitter))
+    assert np.mean(gaps["plain"]) > 2.5 * np.mean(gaps["robust"])
+
+
+# -- total least squares ---------------------------------------------------------------------
+
+
+def transcription(problem, weigh):
+    """Equations (9) to (16) and (29) with P itself, in kilometres and extended precision."""
+    H, Z = problem.line_equations()
+    d = np.column_stack([H, Z / 1e3]).astype(np.longdouble)
+    own = (problem.own_position / 1e3).astype(np.longdouble)
+    P, v = 1e8 * np.eye(3, dtype=np.longdouble), np.array([0, 0, -1], np.longdouble)
+
+    def updated(P, v, row, w):
+        if w > 0.0:
+            P = P - np.outer(P @ row, P @ row) / (1.0 / w + row @ P @ row)
+        v = P @ v
+        return P, v / np.sqrt(v @ v)
+
+    path, weights = [], []
+    for k, row in enumerate(d):
+        _, trial = updated(P, v, row, 1.0)
+        X = -trial[:2] / trial[2]
+        s = row[:2] @ X - row[2]
+        scale = problem.sigma[k] * np.sqrt(((X - own[k]) ** 2).sum())
+        weights.append(weigh(float(s / scale)) if scale > 0.0 else 1.0)
+        P, v = updated(P, v, row, weights[-1])
+        path.append(-v[:2] / v[2])
+    return 1e3 * np.array(path, float), np.array(weights)
+
+
+SETTINGS = {
+    "RTLS": (RecursiveTls(), lambda u: 1.0),
+    "XRTLS": (RecursiveTls(reject_above=3.0), lambda u: float(abs(u) <= 3.0)),
+    "RRTLS": (RecursiveTls(Igg3(1.5, 5.0)), lambda u: igg3(u, 1.5, 5.0)),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_recursion_is_the_transcription_of_the_paper(name):
+    problem, _ = distant(outliers=rrtls.TABLE)
+    estimator, weigh = SETTINGS[name]
+    estimate = estimator.estimate(problem)
+    path, weights = transcription(problem, weigh)
+    # the first points have not settled on a direction yet
+    np.testing.assert_allclose(estimate.path[3:], path[3:], rtol=1e-5)
+    np.testing.assert_allclose(estimate.weights, weights, atol=1e-4)
+    assert estimate.info["rejected"] == (weights == 0.0).sum()
+
+
+def test_hard_rejection_is_a_law_too():
+    problem, _ = distant(outliers=rrtls.TABLE)
+    one = RecursiveTls(reject_above=3.0).estimate(problem)
+    two = RecursiveTls(HardReject(3.0)).estimate(problem)
+    np.testing.assert_array_equal(one.path, two.path)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_recursion_follows_the_batch_eigenvector(name):
+    problem, _ = distant()
+    estimate = SETTINGS[name][0].estimate(problem)
+    H, Z = problem.line_equations()
+    d = np.column_stack([H, Z / 1e3]) * np.sqrt(estimate.weights)[:, None]
+    for n in (50, 100, 200):
+        values, vectors = np.linalg.eigh(d[:n].T @ d[:n])
+        assert values[0] < values[1]
+        batch = -1e3 * vectors[:2, 0] / vectors[2, 0]
+        gap = np.linalg.norm(estimate.path[n - 1] - batch)
+        assert gap < 2e-3 * np.linalg.norm(batch)
+
+
+def test_batch_is_the_minimum_of_its_criterion():
+    from scipy import optimize
+
+    problem, _ = distant(points=60)
+    H, Z = problem.line_equations()
+
+    def criterion(X):
+        return ((H @ X - Z / 1e3) ** 2).sum() / (1.0 + X @ X)
+
+    settings = {"xatol": 1e-9, "fatol": 1e-15, "maxiter": 10_000, "maxfev": 10_000}
+    found = optimize.minimize(criterion, [30.0, 180.0], method="Nelder-Mead", options=settings)
+    estimate = TotalLeastSquares().estimate(problem)
+    np.testing.assert_allclose(estimate.theta, 1e3 * found.x, rtol=1e-4)
+
+
+def test_known_accuracies_weigh_the_lines():
+    problem, _ = distant()
+    sigma = np.where(np.arange(200) % 2, 1.0, 3.0) * problem.sigma
+    mixed = BearingProblem(problem.bearing, problem.own_position, sigma)
+    np.testing.assert_allclose(
+        RecursiveTls().estimate(mixed).weights, np.where(np.arange(200) % 2, 1.0, 1.0 / 9.0)
+    )
+    kept = problem.part(np.arange(1, 200, 2))
+    few = TotalLeastSquares().estimate(kept).theta
+    apart = np.where(sigma > sigma.min(), 0.1, 1e-4)
+    sharp = BearingProblem(problem.bearing, problem.own_position, apart)
+    np.testing.assert_allclose(TotalLeastSquares().estimate(sharp).theta, few, rtol=1e-4)
+
+
+def test_total_least_squares_is_less_biased_than_least_squares():
+    gaps = {"lines": [], "total": []}
+    for seed in range(40):
+        problem, truth = distant(seed=seed, points=100)
+        lines = Recursive(Gaussian(), omega=1e8).estimate(problem.lines())
+        total = TotalLeastSquares().estimate(problem)
+        gaps["lines"].append((lines.theta - truth.emitter)[1])
+        gaps["total"].append((total.theta - truth.emitter)[1])
+    mean, error = np.mean(gaps["total"]), np.std(gaps["total"]) / np.sqrt(40)
+    assert abs(mean) < 4.0 * error
+    assert np.mean(gaps["lines"]) < -2.0 * np.std(gaps["total"])
+
+
+def test_claimed_covariance_is_the_spread():
+    # sd of 300 estimates within 4 standard errors of the mean claim: false alarm below 1e-3
+    for estimator in (TotalLeastSquares(), RecursiveTls()):
+        found = [estimator.estimate(distant(seed=k)[0]) for k in range(300)]
+        spread = np.std([e.theta for e in found], axis=0)
+        claim = np.sqrt(np.mean([np.diag(e.covariance) for e in found], axis=0))
+        assert (np.abs(spread / claim - 1.0) < 4.0 / np.sqrt(600.0) + 0.03).all()
+
+
+def test_robust_start_frees_runs_that_lock():
+    off = {"paper": [], "robust": []}
+    robust = RecursiveTls(Igg3(1.5, 5.0), start=StudentT(1.0))
+    for seed in range(60):
+        problem, truth = distant(seed=seed, contamination=0.13)
+        for name, estimator in (("paper", SETTINGS["RRTLS"][0]), ("robust", robust)):
+            gap = np.linalg.norm(estimator.estimate(problem).theta - truth.emitter)
+            off[name].append(gap / 180e3)
+    assert max(off["robust"]) < 0.05
+    assert np.mean(np.array(off["paper"]) > 0.05) > 0.1
+
+
+def test_batch_rejects_outliers_and_counts_them():
+    problem, truth = distant(outliers=rrtls.TABLE)
+    plain = TotalLeastSquares().estimate(problem)
+    robust = TotalLeastSquares(Igg3(1.5, 5.0), start=TotalLeastSquares(StudentT(1.0))).estimate(
+        problem
+    )
+    gaps = [np.linalg.norm(e.theta - truth.emitter) for e in (plain, robust)]
+    assert gaps[1] < 0.2 * gaps[0]
+    assert robust.converged
+    assert 5 <= robust.info["rejected"] <= 12
+    assert (robust.weights[[119, 129, 139, 149, 179]] == 0.0).all()
+
+
+def test_compiled_recursion_is_the_same_code_in_plain_python(monkeypatch):
+    problem, _ = distant(outliers=rrtls.TABLE)
+    compiled = SETTINGS["RRTLS"][0].estimate(problem)
+    for name in ("_add", "_power_step"):
+        monkeypatch.setattr(tls, name, getattr(tls, name).py_func)
+    plain = tls.follow_lines.py_func
+    monkeypatch.setattr("probreg.estimators.recursive_tls.follow_lines", plain)
+    slow = SETTINGS["RRTLS"][0].estimate(problem)
+    np.testing.assert_allclose(slow.path[5:], compiled.path[5:], rtol=1e-7)
+
+
+# -- settings and bad input --------------------------------------------------------------------
+
+
+def test_a_start_without_parallax_is_named():
+    problem, _ = distant()  # five bearings over 1.2 km, at 180 km
+    with pytest.raises(UnobservableError, match="first 5 bearings .* Raise start_bearings"):
+        ExtendedKalman().estimate(problem)
+    assert ExtendedKalman(start_bearings=60, start_sd=3e4).estimate(problem).converged
+
+
+def test_nothing_left_to_filter_is_an_error():
+    problem, _ = scene("none")
+    few = problem.part(slice(5))
+    with pytest.raises(UnobservableError, match="none is left to filter"):
+        ExtendedKalman().estimate(few)
+    assert ExtendedKalman(reuse_start=True).estimate(few).path.shape == (5, 2)
+
+
+def test_rejecting_everything_is_an_error():
+    problem, _ = scene("none")
+    far = GaussianPrior.from_sd(np.array([0.01, 0.01]), np.array([-9e3, 2e4]))
+    with pytest.raises(UnobservableError, match="rejected all 201"):
+        ExtendedKalman(HardReject(1.0)).estimate(problem, far)
+    with pytest.raises(UnobservableError, match="rejected all but"):
+        TotalLeastSquares(HardReject(1e-6)).estimate(problem)
+
+
+def test_settings_are_checked():
+    for make in (ExtendedKalman, RecursiveTls):
+        with pytest.raises(InvalidInputError, match="not an array"):
+            make(StudentT(np.array([3.0, 4.0])))
+        with pytest.raises(InvalidInputError, match="pass a law"):
+            make(Igg3)
+    for bad in (
+        {"robust_above": 0.0},
+        {"start_sd": -1.0},
+        {"acceleration": np.nan},
+        {"tolerance": 0.0},
+    ):
+        with pytest.raises(InvalidInputError, match=next(iter(bad))):
+            ExtendedKalman(**bad)
+    for bad in ({"start_bearings": 1}, {"max_passes": 0}):
+        with pytest.raises(InvalidInputError, match="at least"):
+            ExtendedKalman(**bad)
+    for bad in ({"reject_above": -3.0}, {"omega": 0.0}):
+        with pytest.raises(InvalidInputError, match=next(iter(bad))):
+            RecursiveTls(**bad)
+    with pytest.raises(InvalidInputError, match="at least 3"):
+        RecursiveTls(start_bearings=2)
+    with pytest.raises(InvalidInputError, match="max_iterations"):
+        TotalLeastSquares(max_iterations=0)
+    untimed = BearingProblem.of(passive_reports(1))
+    untimed = BearingProblem(untimed.bearing, untimed.own_position, untimed.sigma)
+    with pytest.raises(InvalidInputError, match="needs the times"):
+        ExtendedKalman(acceleration=1.0).estimate(untimed)
+
+
+@pytest.mark.parametrize("estimator", [ExtendedKalman(), RecursiveTls(), TotalLeastSquares()])
+def test_other_problems_are_refused(estimator):
+    with pytest.raises(InvalidInputError, match="takes a BearingProblem, not a Registration"):
+        estimator.estimate(linear_problem(1).problem)
+    if not getattr(estimator, "takes_prior", True):
+        with pytest.raises(InvalidInputError, match="takes no prior"):
+            estimator.estimate(scene()[0], GaussianPrior.from_sd(np.ones(2)))
+        with pytest.raises(InvalidInputError, match="not a bearing bias"):
+            estimator.estimate(BearingProblem.of(passive_reports(1), sensor_bias=True))
