@@ -15,7 +15,8 @@ from experiments.results import ROOT
 from experiments.study import StudyError, nearest
 from paper_figs.style import OUT, look
 
-HELPERS = "style", "tables", "ralad_common", "lts_common", "__main__"
+COMMON = ("ralad_common", "lts_common", "passive_common", "rrtls_common")
+HELPERS = ("style", "tables", *COMMON, "__main__")
 
 
 def names() -> list[str]:

@@ -45,6 +45,25 @@ LTS_COLOURS = {
     "RLS, threshold 7": "#CC79A7",
 }
 
+# bearings only: both papers, and what lies beyond them
+PASSIVE_COLOURS = {
+    "LS": "#0072B2",
+    "RLS": "#0072B2",
+    "EKF": "#009E73",
+    "RTLS": "#009E73",
+    "REKF": "#E69F00",
+    "XRTLS": "#E69F00",
+    "chi2-REKF": "#D55E00",
+    "RRTLS": "#D55E00",
+    "EKF, start reused": "#CC79A7",
+    "RRTLS, robust start": "#CC79A7",
+    "Gaussian ML": "#444444",
+    "Student-t ML": "#1F78B4",
+    "contaminated ML": "#6A6100",
+    "Student-t ML, bias unknown": "#56B4E9",
+    "contaminated ML, bias unknown": "#B2A100",
+}
+
 
 @contextmanager
 def look() -> Iterator[None]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from probreg import geometry
-from probreg.errors import InvalidInputError
+from probreg.errors import InvalidInputError, UnobservableError
 from probreg.observability import Observability, observe
 from probreg.problem import RegistrationProblem, bias_scale
 from probreg.reports import BearingReports
@@ -19,6 +19,7 @@ from probreg.validation import LARGE_ANGLE_SIGMA, angle_sigma, finite_array, ref
 PARALLAX = 3.0  # standard deviations by which the lines of sight must turn to give a distance
 _SPREAD_OUT = 0.9  # resultant of doubled angles below which the lines plainly cross
 _PAIRS = 32
+_MEDIAN_SPREAD = 1.45  # of the median of half-track slopes over least squares, straight track
 _ADVICE = "The own ship must move across the line of sight: add bearings from other places,"
 
 
@@ -223,6 +224,8 @@ class BearingProblem:
         ------
         InvalidInputError
             The emitter would be on the track, where its bearing is undefined.
+        UnobservableError
+            It would be so far that the bearings tell no distance.
         """
         theta = self._check(theta)
         distance = np.linalg.norm(theta[:2] - self.own_position, axis=1)
@@ -231,6 +234,13 @@ class BearingProblem:
                 f"the emitter would be at own position {int(distance.argmin())}, on the track: its "
                 "bearing is undefined there. Remove bearings taken on top of it, or start "
                 "elsewhere."
+            )
+        track = np.linalg.norm(np.ptp(self.own_position, axis=0))
+        if 0.0 < track < 1e-3 * self.sigma.min() / np.sqrt(len(self)) * distance.min():
+            raise UnobservableError(
+                f"the emitter would be {distance.min():.3g} m away, where these bearings tell no "
+                "distance: they agree best with an emitter at infinity. Are there outliers "
+                "(Irls(StudentT(4.0)))? Otherwise add bearings from other places or give a prior."
             )
         B = self.gradient(theta)
         return RegistrationProblem(
@@ -289,6 +299,19 @@ class BearingProblem:
         H = np.stack([sine, -cosine], axis=1)
         return H, np.einsum("ni,ni->n", H, self.own_position)
 
+    def line_residuals(self, place: FloatArray) -> FloatArray:
+        """Residuals H X - Z of the lines at a position, over sigma times its distance, (n,).
+
+        References
+        ----------
+        Wu et al., J. Central South Univ. 46(3), 2015, equations (17) and (27).
+        """
+        H, Z = self.line_equations()
+        spread = self.sigma * np.linalg.norm(place - self.own_position, axis=1)
+        left = H @ place - Z
+        # on an own position the residual is zero, and so is the distance
+        return np.divide(left, spread, out=np.zeros_like(left), where=spread > 0.0)
+
     def meeting_point(self) -> FloatArray:
         """Where the lines of sight meet by equal-weight least squares, (2,), metres."""
         place: FloatArray = np.linalg.lstsq(*self.line_equations(), rcond=None)[0]
@@ -331,8 +354,15 @@ class BearingProblem:
         across = self.own_position @ np.array([-np.sin(common), np.cos(common)])
         across = across - weight @ across / total
         length = np.sqrt(weight @ across**2)
-        seen = length > 1e-9 * np.sqrt(total) * np.abs(self.own_position).max(initial=1.0)
-        if seen and abs(np.sum(weight * across * turn)) > PARALLAX * length:
+        if length <= 1e-9 * np.sqrt(total) * np.abs(self.own_position).max(initial=1.0):
+            return np.array([np.cos(common), np.sin(common)])
+        # significance of the parallax by least squares, and by a median that bears outliers
+        plain = np.sum(weight * across * turn) / length
+        half = (len(self) + 1) // 2
+        apart = across[half:] - across[: len(self) - half]
+        slopes = (turn[half:] - turn[: len(self) - half])[apart != 0.0] / apart[apart != 0.0]
+        robust = np.median(slopes) * length / _MEDIAN_SPREAD if slopes.size else 0.0
+        if max(abs(plain), abs(robust)) > PARALLAX:
             return None
         return np.array([np.cos(common), np.sin(common)])
 
@@ -346,10 +376,11 @@ class BearingProblem:
         return replace(found, advice=_ADVICE)
 
     def _points_ahead(self) -> FloatArray:
-        """Points (k, 2) along the mean bearing, from a tenth of the track's length on."""
+        """Points (k, 2) along the median bearing, from a tenth of the track's length on."""
         centre = self.own_position.mean(axis=0)
         track = float(np.ptp(self.own_position, axis=0).max()) or 1e3
         mean = np.angle(np.sum(np.exp(1j * self.azimuth)))
+        mean += np.median(geometry.wrap_angle(self.azimuth - mean))
         distance = track * np.logspace(-1.0, 3.0, 17)
         return centre + distance[:, None] * np.array([np.cos(mean), np.sin(mean)])
 

@@ -18,7 +18,7 @@ from probreg.validation import finite_array
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
 _MAX_PASSES = 30  # linearisations; three or four are usual
-_DIVERGED = 2.0  # growth of the objective that no change of linearisation explains
+_DIVERGED = 2.0  # growth of the objective that a change of R with the bias cannot explain
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,12 +223,13 @@ class Posterior:
             theta = self.solve(self._at_start.whitened(), np.ones(len(self._at_start.y)))
         else:
             scale = self.noise.unit if np.ndim(self.noise.unit) == 0 else 1.0
-            smooth = Posterior(self._at_start, Hyperbolic(scale=scale), self.prior)
-            theta = smooth._find_mode(None, max_iterations, 1e-4).theta
+            smooth = Posterior(self._at_start, Hyperbolic(0.1, scale=scale), self.prior)
+            theta = smooth._find_mode(None, max_iterations, 1e-2).theta
         iterations, passes, settled = 0, 0, False
         # where nonlinear steps diverge they are halved: the objective falls from pass to pass
         kept = self.problem.start if self.prior is None else self.prior.mean
-        limit = _DIVERGED * self._objective(self._at_start, kept)
+        slack = _DIVERGED if self.problem.exact is None else 1.0 + 1e-9
+        limit = slack * self._objective(self._at_start, kept)
         while passes < _MAX_PASSES and not settled:
             passes += 1
             linear = self.problem.linearise(theta)
@@ -236,7 +237,7 @@ class Posterior:
             if start is None and value > limit:
                 theta = 0.5 * (kept + theta)
                 continue
-            kept, limit = theta, min(limit, _DIVERGED * value)
+            kept, limit = theta, min(limit, slack * value)
             theta, weights, steps, rested = self._reweight(linear, theta, max_iterations, tolerance)
             iterations += steps
             matrix = self.normal_matrix(linear.whitened(), weights)

@@ -5,6 +5,7 @@ from probreg.estimators._subsets import required_subsets
 from probreg.estimators.extended_kalman import ExtendedKalman
 from probreg.estimators.irls import Irls
 from probreg.estimators.least_squares import LeastSquares
+from probreg.estimators.lines_of_sight import LinesOfSight
 from probreg.estimators.lms import Lms
 from probreg.estimators.lts import Lts
 from probreg.estimators.mm import Mm
@@ -19,6 +20,7 @@ __all__ = [
     "ExtendedKalman",
     "Irls",
     "LeastSquares",
+    "LinesOfSight",
     "Lms",
     "Lts",
     "Mm",

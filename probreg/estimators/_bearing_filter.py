@@ -40,7 +40,6 @@ def filter_bearings(
     position, or -1.
     """
     H, PH, new = np.zeros(STATES), np.empty(STATES), np.empty(STATES)
-    inverse_unit2 = 1.0 / (unit * unit)
     for i in range(azimuth.size):
         _predict(x, P, interval[i], acceleration)
         dx, dy = x[0] - own[i, 0], x[1] - own[i, 1]
@@ -53,7 +52,7 @@ def filter_bearings(
         for a in range(STATES):
             PH[a] = P[a, 0] * H[0] + P[a, 1] * H[1] + P[a, 4] * H[4]
             spread += H[a] * PH[a]
-        variance = sigma[i] * sigma[i]
+        variance = (unit * sigma[i]) ** 2
         w, passes[i] = 1.0, 0
         _update(x, PH, innovation, spread, variance, w, new)
         if innovation * innovation > robust_above * (spread + variance):
@@ -61,13 +60,13 @@ def filter_bearings(
             while passes[i] < passes_allowed:
                 passes[i] += 1
                 angle, _, _ = azimuth_and_gradient(new[0] - own[i, 0], new[1] - own[i, 1])
-                left = wrap(azimuth[i] - angle - sign * new[4]) / sigma[i]
-                w = weight(left * left * inverse_unit2, 1.0, params) * inverse_unit2
+                left = wrap(azimuth[i] - angle - sign * new[4]) / (unit * sigma[i])
+                w = weight(left * left, 1.0, params)
                 before_x, before_y = new[0], new[1]
                 _update(x, PH, innovation, spread, variance, w, new)
                 if np.hypot(new[0] - before_x, new[1] - before_y) < tolerance:
                     break
-        weights[i] = w
+        weights[i] = w / (unit * unit)
         x[:] = new
         if w > 0.0:
             for a in range(STATES):

@@ -39,20 +39,11 @@ def place_of(v: FloatArray) -> FloatArray:
     return place
 
 
-def standardised(problem: BearingProblem, place: FloatArray) -> FloatArray:
-    """Residuals H X - Z over sigma times the distance, shape (n,): (27) of the paper."""
-    H, Z = problem.line_equations()
-    distance = np.linalg.norm(place - problem.own_position, axis=1)
-    left = H @ place - Z
-    # on an own position the line's residual is zero, and so is the distance
-    return np.divide(left, problem.sigma * distance, out=np.zeros_like(left), where=distance > 0.0)
-
-
 def equivalent_weights(
     problem: BearingProblem, place: FloatArray, noise: NoiseLaw, trust: FloatArray
 ) -> FloatArray:
     """Known weights times the law's weights of the standardised residuals, shape (n,)."""
-    return trust * noise.weight(standardised(problem, place)[:, None], 1).reshape(len(trust))
+    return trust * noise.weight(problem.line_residuals(place)[:, None], 1).reshape(len(trust))
 
 
 def reweight(

@@ -145,7 +145,7 @@ class ExtendedKalman:
             np.array(self.noise.params or (0.0,), dtype=float),
             float(self.noise.unit),
             float(self.acceleration),
-            -1.0 if self.robust_above is None else float(self.robust_above),
+            self._gate(),
             self.max_passes,
             float(self.tolerance),
             x,
@@ -205,6 +205,11 @@ class ExtendedKalman:
         x[:2] = few.meeting_point()
         P[0, 0] = P[1, 1] = self.start_sd**2
         return x, P, self.start_bearings
+
+    def _gate(self) -> float:
+        if isinstance(self.noise, Gaussian):
+            return np.inf  # its weight is one: nothing to repeat
+        return -1.0 if self.robust_above is None else float(self.robust_above)
 
     def _intervals(self, bearings: BearingProblem) -> FloatArray:
         if bearings.time is None:

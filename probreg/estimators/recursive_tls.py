@@ -71,7 +71,7 @@ class RecursiveTls:
     noise: NoiseLaw = field(default_factory=Gaussian)
     reject_above: float | None = None
     start: NoiseLaw | None = None
-    start_bearings: int = 20
+    start_bearings: int = 30
     omega: float = 1e8
 
     problem_type: ClassVar[type] = BearingProblem
@@ -174,10 +174,12 @@ class RecursiveTls:
         """Weights of the first lines from the batch fit, in place; the vector they give."""
         few = bearings.part(slice(len(d)))
         trust = _total.known_weights(few)
-        place = _total.reweight(few, law, trust, 200)[0]
+        # from the robust start of the problem: plain total least squares may lie among outliers
+        first = _total.equivalent_weights(few, few.start[:2], law, trust)
+        place = _total.reweight(few, law, first, 200)[0]
         # of different accuracy, the first lines count relative to the best of all
         scale = float(bearings.sigma.min() / few.sigma.min()) ** 2
         weights[:] = scale * _total.equivalent_weights(few, place, self.noise, trust)
         if self.reject_above is not None:
-            weights[np.abs(_total.standardised(few, place)) > self.reject_above] = 0.0
+            weights[np.abs(few.line_residuals(place)) > self.reject_above] = 0.0
         return _total.smallest_vector(d, weights)

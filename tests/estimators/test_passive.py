@@ -126,6 +126,16 @@ def test_with_a_near_start_it_is_batch_least_squares():
     np.testing.assert_allclose(filtered.covariance, batch.covariance, rtol=1e-3)
 
 
+def test_the_scale_of_a_law_scales_the_noise():
+    problem, _ = scene("none")
+    wide = BearingProblem(problem.bearing, problem.own_position, 3.0 * problem.sigma)
+    for law in (Gaussian, lambda **k: StudentT(4.0, **k)):
+        one = ExtendedKalman(law(scale=3.0)).estimate(problem)
+        two = ExtendedKalman(law()).estimate(wide)
+        np.testing.assert_allclose(one.path, two.path, rtol=1e-9)
+        np.testing.assert_allclose(one.weights[5:], two.weights[5:] / 9.0, rtol=1e-9)
+
+
 def test_reusing_the_start_loses_no_bearing():
     problem, _ = scene("none")
     paper, reused = (ExtendedKalman(reuse_start=k).estimate(problem) for k in (False, True))

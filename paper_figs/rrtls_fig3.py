@@ -1,0 +1,12 @@
+"""Robust total-least-squares paper, Figure 3: standardised residuals without outliers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from paper_figs.rrtls_common import draw_residuals
+
+
+def draw(profile: str, results: Path, out: Path) -> list[Path]:
+    """Draw the figure."""
+    return draw_residuals("rrtls_fig3", 3, "none", profile, results, out)
