@@ -28,6 +28,7 @@ types: $(READY)
 benchmark: $(READY)
 	$(PY) benchmarks/recursion.py
 	$(PY) benchmarks/robust_fits.py
+	$(PY) benchmarks/bearings.py
 
 # rebuilt only when the lock or the project file changes
 $(READY): requirements.lock pyproject.toml

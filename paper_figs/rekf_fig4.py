@@ -42,9 +42,9 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_ylabel("RMSE of position (m)")
     shared_legend(figure, panels[0, 0], 5)
     note = (
-        f"After Figure 4 of {FILTER_SOURCE}; {runs_of(manifest)} runs. Outliers at 100-110, 130, "
-        "140 and 160 s; the bound is that\nof clean bearings. The paper's table is titled random; "
-        "its curves fit outliers to one side and sigma = 1 deg."
+        f"After Figure 4 of {FILTER_SOURCE}; {runs_of(manifest)} runs\n"
+        "Outliers at 100-110, 130, 140 and 160 s; the bound is that of clean bearings.\n"
+        "The paper's table is titled random; its curves fit outliers to one side and sigma = 1 deg."
     )
     footnote(figure, note)
     return save(figure, "rekf_fig4", out)

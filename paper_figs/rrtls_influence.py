@@ -34,8 +34,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_ylabel("change along sight (%)")
     config = manifest["config"]
     text = (
-        f"After section 2.3 of {TOTAL_SOURCE}; the bearing of point {config['point']} moves, the "
-        f"estimate after point 200 follows;\n{config['replicates']} noises; percent of 180 km"
+        f"After section 2.3 of {TOTAL_SOURCE}\nThe bearing of point {config['point']} moves, the "
+        f"estimate after point 200 follows; {config['replicates']} noises; percent of 180 km"
     )
     footnote(figure, text)
     return save(figure, "rrtls_influence", out)

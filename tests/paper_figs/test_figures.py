@@ -22,8 +22,12 @@ from paper_figs.__main__ import names
 ROOT = Path(__file__).parents[2]
 PAPER = [f"ralad_fig{k}" for k in range(1, 9)] + ["ralad_tables", "ralad_beyond"]
 PAPER += [*(f"lts_fig{k}" for k in range(1, 5)), "lts_beyond"]
+PASSIVE = [*(f"rekf_fig{k}" for k in range(1, 5)), *(f"rrtls_fig{k}" for k in range(1, 7))]
+PASSIVE += ["rekf_table1", "rrtls_table1", "rrtls_influence", "passive_beyond"]
+PASSIVE_TABLES = ["rekf_errors", "rekf_cost", "rrtls_errors", "passive_beyond_table"]
 FILES = [*PAPER[:8], "ralad_beyond", *PAPER[10:], *(f"ralad_table{k}" for k in range(1, 7))]
 FILES += ["ralad_beyond_case1_rmse", "lts_fig3_symmetric", "lts_beyond_table"]
+FILES += PASSIVE + PASSIVE_TABLES
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +63,7 @@ def drawn(results, tmp_path_factory):
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert set(PAPER) <= set(names())
+    assert set(PAPER + PASSIVE) <= set(names())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
