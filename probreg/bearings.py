@@ -183,6 +183,13 @@ class BearingProblem:
         scale[:2] = np.linalg.norm(self.start[:2] - self.own_position, axis=1).max()
         return scale
 
+    @property
+    def prior_sd(self) -> FloatArray:
+        """Ten times the distance of the start, and 1 degree, shape (p,)."""
+        sd = np.full(len(self.names), np.deg2rad(1.0))
+        sd[:2] = 10.0 * self.scale[:2]
+        return sd
+
     def part(self, chosen: slice | IntArray) -> BearingProblem:
         """The problem of some of the bearings."""
         time = None if self.time is None else self.time[chosen]

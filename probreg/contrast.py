@@ -97,6 +97,11 @@ class ReportProblem:
         return bias_scale(self.units)
 
     @property
+    def prior_sd(self) -> FloatArray:
+        """What sensors of these types are found to have, shape (p,)."""
+        return np.concatenate([sensor.bias_sd for sensor in self.sensors])
+
+    @property
     def exact(self) -> None:
         """None: R changes with theta, so densities use the linear form at the mode."""
         return

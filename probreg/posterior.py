@@ -1,351 +1,310 @@
-"""The one place where a problem, a noise law and a prior meet."""
+"""The one place where a problem, a noise law and priors meet."""
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import linalg
 
-from probreg.errors import InvalidInputError, UnobservableError
-from probreg.noise import Gaussian, Hyperbolic, NoiseLaw
-from probreg.noise._law import require_law
-from probreg.prior import GaussianPrior
-from probreg.problem import Problem, RegistrationProblem, Rows, Whitened
-from probreg.typing import FloatArray
-from probreg.validation import finite_array
+from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.noise import NoiseLaw
+from probreg.prior import NoiseParameter
+from probreg.problem import Rows
+from probreg.reweighting import Mode, Reweighted, per_component
+from probreg.typing import BoolArray, FloatArray, IntArray
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
-_MAX_PASSES = 30  # linearisations; three or four are usual
-_DIVERGED = 2.0  # growth of the objective that a change of R with the bias cannot explain
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
-    """Where iteratively reweighted least squares came to rest.
+class Laplace:
+    """The Gaussian approximation at the mode, in free coordinates.
 
     Attributes
     ----------
-    theta : ndarray, shape (p,)
-    weights : ndarray, shape (n,), or (n, M) for component-wise laws
-        Equivalent weights at theta.
-    linear : RegistrationProblem
-        The linear problem tangent at theta.
-    iterations, relinearisations : int
-    converged : bool
+    mean : ndarray, shape (d,)
+    covariance : ndarray, shape (d, d)
+    root : ndarray, shape (d, d)
+        Lower triangular, covariance = root root'.
     """
 
-    theta: FloatArray
-    weights: FloatArray
-    linear: RegistrationProblem
-    iterations: int
-    relinearisations: int
-    converged: bool
+    mean: FloatArray
+    covariance: FloatArray
+    root: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Posterior:
-    """Posterior of a constant bias: rows under a noise law, with an optional Gaussian prior.
+class Posterior(Reweighted):
+    """Posterior of constant unknowns: rows under a noise law, with priors.
 
     A nonlinear problem enters exactly where it can (`exact`: bearings), else through its
     linear form at the mode (polar reports, whose R changes with the bias).
 
+    Its coordinates are *free*: the unknowns of the problem as they are, followed by one
+    coordinate on the whole line for each unknown parameter of the noise law (a log or
+    logit). `natural` gives the parameters themselves. Without unknown noise parameters the
+    two are the same.
+
     Parameters
     ----------
     problem : Problem
-        Linear or nonlinear registration problem.
+        Linear or nonlinear.
     noise : NoiseLaw
         Law of the whitened residuals. An improper law has weights and hence a mode, but no
         density: asking for one raises ImproperLawError.
     prior : GaussianPrior, optional
-        By default flat; the data must then determine every unknown.
+        On the problem's unknowns; by default flat, and the data must then determine them.
+    noise_prior : tuple of NoiseParameter
+        Parameters of the law that are unknown too, with their priors.
+    box : ndarray, shape (p, 2), optional
+        Lower and upper bounds of the problem's unknowns; the density is zero outside.
 
     Raises
     ------
     InvalidInputError
-        A prior whose length does not fit.
+        A prior whose length does not fit, a noise parameter that the law has not, a box that
+        is empty.
     UnobservableError
         Without a prior: combinations that the data do not determine, by name.
     """
 
-    problem: Problem
-    noise: NoiseLaw
-    prior: GaussianPrior | None = None
+    noise_prior: tuple[NoiseParameter, ...] = ()
+    box: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        require_law(self.noise)
-        if self.prior is not None:
-            self.prior.check(self.problem.names)
-        self._at_start  # noqa: B018  refuse an undetermined problem now, not in mid-run
+        super().__post_init__()
+        names = [parameter.name for parameter in self.noise_prior]
+        if len(set(names)) != len(names):
+            raise InvalidInputError(f"a noise parameter has two priors: {names}.")
+        for parameter in self.noise_prior:
+            parameter.check(self.noise)
+        if self.noise_prior and not self.noise.proper:
+            raise ImproperLawError(
+                f"{type(self.noise).__name__} has no density, so its parameters have no "
+                "posterior. Take a proper law."
+            )
+        if self.box is not None:
+            box = np.asarray(self.box, dtype=float)
+            fits = box.shape == (self.dim_theta, 2) and not np.isnan(box).any()
+            if not fits or np.any(box[:, 0] >= box[:, 1]):
+                raise InvalidInputError(
+                    f"box must be ({self.dim_theta}, 2), lower below upper, for "
+                    f"{', '.join(self.problem.names)}; got {box.tolist()}."
+                )
+            object.__setattr__(self, "box", box)
+
+    # -- coordinates -------------------------------------------------------------------
+
+    @property
+    def dim_theta(self) -> int:
+        """Number of unknowns of the problem."""
+        return len(self.problem.names)
+
+    @property
+    def dim(self) -> int:
+        """Number of free coordinates, d."""
+        return self.dim_theta + len(self.noise_prior)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the unknowns."""
-        return self.problem.names
+        """Names of the unknowns, those of the law as "noise.nu"."""
+        return (*self.problem.names, *(f"noise.{p.name}" for p in self.noise_prior))
 
     @property
     def units(self) -> tuple[str, ...]:
         """Units of the unknowns."""
-        return self.problem.units
+        return (*self.problem.units, *("",) * len(self.noise_prior))
 
-    @cached_property
-    def linear(self) -> RegistrationProblem:
-        """The linear problem that is tangent at the mode."""
-        return self._at_start if self.problem.linear else self._mode.linear
+    def natural(self, x: FloatArray) -> FloatArray:
+        """Natural values (..., d) of free coordinates (..., d)."""
+        values = np.array(x, dtype=float)
+        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+            support = self.noise.supports[parameter.name]
+            values[..., k] = support.natural(values[..., k])
+        return values
+
+    def free(self, values: FloatArray) -> FloatArray:
+        """Free coordinates (..., d) of natural values (..., d)."""
+        x = np.array(values, dtype=float)
+        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+            x[..., k] = self.noise.supports[parameter.name].free(x[..., k])
+        return x
+
+    def law(self, x: FloatArray) -> NoiseLaw:
+        """The noise law at free coordinates (..., d), its unknown parameters (..., 1)."""
+        if not self.noise_prior:
+            return self.noise
+        values = self.natural(x)
+        changed = {
+            parameter.name: values[..., k, None] if values.ndim > 1 else float(values[k])
+            for k, parameter in enumerate(self.noise_prior, self.dim_theta)
+        }
+        return dataclasses.replace(self.noise, **changed)  # type: ignore[type-var]
+
+    def inside(self, x: FloatArray) -> BoolArray:
+        """Whether free coordinates (..., d) lie in the box, shape (...)."""
+        theta = np.asarray(x)[..., : self.dim_theta]
+        if self.box is None:
+            return np.ones(theta.shape[:-1], dtype=bool)
+        return np.asarray(((theta >= self.box[:, 0]) & (theta <= self.box[:, 1])).all(axis=-1))
+
+    # -- densities ---------------------------------------------------------------------
 
     @cached_property
     def rows(self) -> Rows:
         """The whitened rows that the densities use."""
         return self.linear.whitened() if self.problem.exact is None else self.problem.exact
 
-    def log_likelihood(self, theta: FloatArray) -> FloatArray:
-        """Log-density of every row, shape (..., n), for theta of shape (..., p)."""
+    def log_likelihood(self, x: FloatArray) -> FloatArray:
+        """Log-density of every row, shape (..., n), for free coordinates (..., d)."""
+        x = self._check(x)
         rows = self.rows
-        v = rows.residual(self._check(theta))
-        return self.noise.log_density(v, rows.size) - 0.5 * rows.log_det
+        v = rows.residual(x[..., : self.dim_theta])
+        return self.law(x).log_density(v, _sizes(rows)) - 0.5 * rows.log_det
 
-    def log_prob(self, theta: FloatArray) -> FloatArray:
-        """Log-posterior up to the evidence, shape (...), for theta of shape (..., p)."""
-        theta = self._check(theta)
-        value = np.zeros(theta.shape[:-1])
+    def log_prior(self, x: FloatArray) -> FloatArray:
+        """Log prior density of free coordinates (..., d), shape (...); flat parts count zero."""
+        x = self._check(x)
+        value = np.zeros(x.shape[:-1])
+        if self.prior is not None:
+            value = value + self.prior.log_density(x[..., : self.dim_theta])
+        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+            value = value + parameter.log_density(x[..., k], self.noise)
+        return np.where(self.inside(x), value, -np.inf)
+
+    def log_prob(self, x: FloatArray) -> FloatArray:
+        """Log-posterior up to the evidence, shape (...), for free coordinates (..., d)."""
+        x = self._check(x)
+        law, value = self.law(x), self.log_prior(x)
         for rows in self._row_blocks(value.size):
-            density = self.noise.log_density(rows.residual(theta), rows.size)
-            value = value + (density - 0.5 * rows.log_det).sum(axis=-1)
-        return value if self.prior is None else value + self.prior.log_density(theta)
+            v = rows.residual(x[..., : self.dim_theta])
+            value = value + law.log_density(v, _sizes(rows)).sum(axis=-1)
+        return value - 0.5 * self._log_det
 
-    def grad_log_prob(self, theta: FloatArray) -> FloatArray:
-        """Gradient of `log_prob`, shape (..., p): the sum of weighted, whitened residuals."""
-        theta = self._check(theta)
-        value = np.zeros(theta.shape)
+    def grad_log_prob(self, x: FloatArray) -> FloatArray:
+        """Gradient of `log_prob`, shape (..., d); that of the untruncated density outside."""
+        x = self._check(x)
+        theta, law = x[..., : self.dim_theta], self.law(x)
+        value = np.zeros(x.shape)
         for rows in self._row_blocks(value[..., 0].size):
             v = rows.residual(theta)
-            weighted = _per_component(self.noise.weight(v, rows.size), v) * v
-            value = value + rows.pull_back(theta, weighted)
+            size = _sizes(rows)
+            weighted = per_component(law.weight(v, size), v) * v
+            value[..., : self.dim_theta] += rows.pull_back(theta, weighted)
+            for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+                slope = law.log_density_slope(parameter.name, v, size).sum(axis=-1)
+                value[..., k] += slope * self.noise.supports[parameter.name].slope(x[..., k])
         if self.prior is not None:
             root = self.prior.root_precision
-            value = value - (theta - self.prior.mean) @ (root.T @ root)
+            value[..., : self.dim_theta] -= (theta - self.prior.mean) @ (root.T @ root)
+        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+            value[..., k] += parameter.log_density_slope(x[..., k], self.noise)
         return value
 
-    def mode(
-        self,
-        start: FloatArray | None = None,
-        max_iterations: int = 500,
-        tolerance: float = 1e-8,
-    ) -> Mode:
-        """Find a mode by iteratively reweighted least squares, re-linearising as it moves.
-
-        Parameters
-        ----------
-        start : ndarray, shape (p,), optional
-            By default the least-squares solution, or for laws with several modes the
-            least-absolute-deviation solution.
-        max_iterations : int
-            Limit on reweightings at one linearisation.
-        tolerance : float
-            Largest last step, in posterior standard deviations.
-        """
-        if start is None and max_iterations == 500 and tolerance == 1e-8:
-            return self._mode
-        return self._find_mode(start, max_iterations, tolerance)
-
-    def hessian(self, mode: Mode) -> FloatArray:
-        """Minus the second derivative (p, p) of the log-posterior at a mode."""
-        rows = mode.linear.whitened()
-        v = rows.residual(mode.theta)
-        # wide enough that the few rows a kinked law fits exactly do not pass for its mean slope
-        bandwidth = float(np.mean(self.noise.unit)) * len(v) ** (-1.0 / 5.0)
-        across, along = self.noise.curvature(v, rows.size, bandwidth)
-        if self.noise.componentwise:
-            return self.normal_matrix(rows, along)
-        length = np.linalg.norm(v, axis=1)
-        direction = v / np.maximum(length, np.finfo(float).tiny)[:, None]
-        radial = np.einsum("nm,nmp->np", direction, rows.A)
-        return self.normal_matrix(rows, across) + (radial * (along - across)[:, None]).T @ radial
-
-    def laplace_covariance(self, mode: Mode) -> FloatArray:
-        """Inverse Hessian (p, p) at the mode.
+    @cached_property
+    def laplace(self) -> Laplace:
+        """Gaussian approximation at the joint mode.
 
         Raises
         ------
         InvalidInputError
-            The Hessian is not positive definite: theta is not a mode.
+            The mode lies outside the box, or the density is not curved downwards there.
         """
-        try:
-            return spd_inverse(self.hessian(mode))
-        except linalg.LinAlgError as error:
+        mode = self._joint_mode()
+        if not self.inside(mode):
+            where = ", ".join(
+                f"{name} {value:.4g}"
+                for name, value in zip(self.problem.names, mode[: self.dim_theta], strict=True)
+            )
             raise InvalidInputError(
-                "the log-posterior is not curved downwards in every direction here, so this is "
-                "no mode; start elsewhere or take a law with one mode (Hyperbolic, Huber)."
-            ) from error
-
-    def sandwich_covariance(self, mode: Mode) -> FloatArray:
-        """Covariance (p, p) of the estimate whatever the law of the rows: H^-1 J H^-1.
-
-        J sums the outer products of the rows' scores, and of the prior's, which counts as one
-        more observation; rows must be independent.
-        """
-        rows = mode.linear.whitened()
-        v = rows.residual(mode.theta)
-        scores = np.einsum("nm,nmp->np", _per_component(mode.weights, v) * v, rows.A)
-        bread = self.laplace_covariance(mode)
-        spread = scores.T @ scores
-        if self.prior is not None:
-            spread = spread + self.prior.root_precision.T @ self.prior.root_precision
-        return bread @ spread @ bread
+                f"the box excludes the mode ({where}), so a sampler would only see a tail of the "
+                "posterior. Widen the box, or say in a prior what you know."
+            )
+        covariance = self._joint_covariance(mode)
+        return Laplace(mode, covariance, np.linalg.cholesky(covariance))
 
     # -- details -----------------------------------------------------------------------
 
-    def _check(self, theta: FloatArray) -> FloatArray:
-        theta = np.asarray(theta, dtype=float)
-        if theta.ndim == 0 or theta.shape[-1] != len(self.names):
+    def _check(self, x: FloatArray) -> FloatArray:
+        x = np.asarray(x, dtype=float)
+        if x.ndim == 0 or x.shape[-1] != self.dim:
             raise InvalidInputError(
-                f"theta has shape {theta.shape}; its last axis must hold {', '.join(self.names)}."
+                f"theta has shape {x.shape}; its last axis must hold {', '.join(self.names)}."
             )
-        return theta
+        return x
 
     @cached_property
-    def _mode(self) -> Mode:
-        return self._find_mode(None, 500, 1e-8)
-
-    @cached_property
-    def _at_start(self) -> RegistrationProblem:
-        origin = self.problem.start if self.prior is None else self.prior.mean
-        linear = self.problem.linearise(origin)
-        if self.prior is None:
-            linear.observability().require()
-        return linear
-
-    def _find_mode(self, start: FloatArray | None, max_iterations: int, tolerance: float) -> Mode:
-        if start is not None:
-            theta = finite_array("start", start, (len(self.names),))
-        elif self.noise.convex:
-            theta = self.solve(self._at_start.whitened(), np.ones(len(self._at_start.y)))
-        else:
-            scale = self.noise.unit if np.ndim(self.noise.unit) == 0 else 1.0
-            smooth = Posterior(self._at_start, Hyperbolic(0.1, scale=scale), self.prior)
-            theta = smooth._find_mode(None, max_iterations, 1e-2).theta
-        iterations, passes, settled = 0, 0, False
-        # where nonlinear steps diverge they are halved: the objective falls from pass to pass
-        kept = self.problem.start if self.prior is None else self.prior.mean
-        slack = _DIVERGED if self.problem.exact is None else 1.0 + 1e-9
-        limit = slack * self._objective(self._at_start, kept)
-        while passes < _MAX_PASSES and not settled:
-            passes += 1
-            linear = self.problem.linearise(theta)
-            value = 0.0 if self.problem.linear else self._objective(linear, theta)
-            if start is None and value > limit:
-                theta = 0.5 * (kept + theta)
-                continue
-            kept, limit = theta, min(limit, slack * value)
-            theta, weights, steps, rested = self._reweight(linear, theta, max_iterations, tolerance)
-            iterations += steps
-            matrix = self.normal_matrix(linear.whitened(), weights)
-            settled = self.problem.linear or _rests(theta, kept, matrix, max(tolerance, 1e-5))
-        if not iterations:
-            raise UnobservableError(
-                "no step from the start makes the residuals smaller: these rows agree with no "
-                "bias. Are the reports paired with the right targets?"
-            )
-        if not settled:  # the last step was not judged: stay where the objective is known
-            theta, linear = kept, self.problem.linearise(kept)
-            rows = linear.whitened()
-            weights = self.noise.weight(rows.residual(theta), rows.size)
-        return Mode(theta, weights, linear, iterations, passes, settled and rested)
-
-    def _objective(self, linear: RegistrationProblem, theta: FloatArray) -> float:
-        """Minus the log kernels of the rows, and of the prior, up to a constant."""
-        rows = linear.whitened()
-        d2, size = self.noise.squared_norm(rows.residual(theta), rows.size)
-        value = -float(np.sum(self.noise.log_kernel(d2, size)))
-        if self.prior is not None:
-            away = self.prior.root_precision @ (theta - self.prior.mean)
-            value += 0.5 * float(away @ away)
-        return value
-
-    def _reweight(
-        self, linear: RegistrationProblem, theta: FloatArray, limit: int, tolerance: float
-    ) -> tuple[FloatArray, FloatArray, int, bool]:
-        rows = linear.whitened()
-        weights = self.noise.weight(rows.residual(theta), rows.size)
-        for step in range(1, limit + 1):
-            matrix = self.normal_matrix(rows, weights)
-            before, theta = theta, self._solve(matrix, rows, weights)
-            weights = self.noise.weight(rows.residual(theta), rows.size)
-            if isinstance(self.noise, Gaussian) or _rests(theta, before, matrix, tolerance):
-                return theta, weights, step, True
-        return theta, weights, limit, False
-
-    def solve(self, rows: Whitened, weights: FloatArray) -> FloatArray:
-        """Weighted least squares with the prior: weights (n,) or (n, M), theta (p,)."""
-        return self._solve(self.normal_matrix(rows, weights), rows, weights)
-
-    def _solve(self, matrix: FloatArray, rows: Whitened, weights: FloatArray) -> FloatArray:
-        weighted = _per_component(weights, rows.v) * rows.v
-        right = rows.A.reshape(-1, rows.A.shape[-1]).T @ weighted.ravel()
-        if self.prior is not None:
-            root = self.prior.root_precision
-            right = right + root.T @ (root @ self.prior.mean)
-        return _spd_solve(matrix, right)
-
-    def normal_matrix(self, rows: Whitened, weights: FloatArray) -> FloatArray:
-        """A'WA plus the prior precision, shape (p, p)."""
-        flat = rows.A.reshape(-1, rows.A.shape[-1])
-        matrix = (flat * _per_component(weights, rows.v).reshape(-1, 1)).T @ flat
-        if self.prior is not None:
-            root = self.prior.root_precision
-            matrix = matrix + root.T @ root
-        return matrix
+    def _log_det(self) -> float:
+        return float(self.rows.log_det.sum())
 
     def _row_blocks(self, thetas: int) -> list[Rows]:
         rows = self.rows
         n, width = len(rows.size), int(rows.size.max())
         length = max(1, _CHUNK // max(1, thetas * width))
+        if length >= n:
+            return [rows]
         return [rows.part(slice(a, a + length)) for a in range(0, n, length)]
 
+    def _at(self, x: FloatArray) -> tuple[Reweighted, Mode]:
+        """The problem under the law at x, and its mode there."""
+        fixed = Reweighted(self.problem, self.law(x), self.prior)
+        return fixed, fixed.mode(x[: self.dim_theta])
 
-def _rests(new: FloatArray, old: FloatArray, precision: FloatArray, tolerance: float) -> bool:
-    """Whether a step is short, in standard deviations, or no more than rounding."""
-    step = new - old
-    if bool(np.all(np.abs(step) <= 4.0 * np.finfo(float).eps * np.abs(new))):
-        return True
-    return float(np.sqrt(max(float(step @ precision @ step), 0.0))) < tolerance
+    def _joint_mode(self) -> FloatArray:
+        theta = self.mode().theta
+        start = [p.free_median(self.noise) for p in self.noise_prior]
+        x = np.concatenate([theta, start])
+        if not self.noise_prior:
+            return x
+        covariance = self.laplace_covariance(self.mode())
+        unit = np.concatenate([np.sqrt(np.diag(covariance)), [p.spread for p in self.noise_prior]])
+
+        def objective(z: FloatArray) -> tuple[float, FloatArray]:
+            at = x + unit * z
+            return -float(self.log_prob(at)), -unit * self.grad_log_prob(at)
+
+        unbounded = dataclasses.replace(self, box=None) if self.box is not None else self
+        if unbounded is not self:
+            return unbounded._joint_mode()
+        from scipy import optimize  # slow to import, needed only here
+
+        found = optimize.minimize(objective, np.zeros(self.dim), jac=True, method="BFGS")
+        return x + unit * found.x
+
+    def _joint_covariance(self, mode: FloatArray) -> FloatArray:
+        """Inverse Hessian: of the problem's unknowns as by IRLS, of the law's by differences."""
+        if not self.noise_prior:
+            return self.laplace_covariance(self.mode())
+        p = self.dim_theta
+        fixed, at = self._at(mode)
+        precision = np.zeros((self.dim, self.dim))
+        precision[:p, :p] = fixed.hessian(at)
+        step = 1e-4 * np.array([parameter.spread for parameter in self.noise_prior])
+        ends = np.repeat(mode[None], 2 * len(step), axis=0)
+        for k, h in enumerate(step):
+            ends[2 * k, p + k] += h
+            ends[2 * k + 1, p + k] -= h
+        slopes = self.grad_log_prob(ends)
+        across = -(slopes[::2] - slopes[1::2]) / (2.0 * step[:, None])
+        precision[p:, :p], precision[:p, p:] = across[:, :p], across[:, :p].T
+        precision[p:, p:] = 0.5 * (across[:, p:] + across[:, p:].T)
+        try:
+            scale = np.sqrt(np.diag(precision))
+            inverse = linalg.inv(precision / np.outer(scale, scale)) / np.outer(scale, scale)
+            np.linalg.cholesky(inverse)
+        except (linalg.LinAlgError, ValueError):
+            raise InvalidInputError(
+                "the log-posterior is not curved downwards at its mode in the noise parameters; "
+                "give them tighter priors or fix them."
+            ) from None
+        covariance: FloatArray = 0.5 * (inverse + inverse.T)
+        return covariance
 
 
-def _per_component(weights: FloatArray, v: FloatArray) -> FloatArray:
-    """Weights (..., n) or (..., n, M) as an array that multiplies v (..., n, M)."""
-    per_row = weights[..., None] if weights.ndim < v.ndim else weights
-    return np.broadcast_to(per_row, v.shape)
-
-
-def _equilibrated(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    diagonal = np.diag(matrix)
-    if not np.all(diagonal > 0.0):
-        raise linalg.LinAlgError("a diagonal entry is zero or negative")
-    scale = np.sqrt(diagonal)
-    return linalg.cholesky(matrix / np.outer(scale, scale), lower=True), scale
-
-
-def _spd_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    try:
-        root, scale = _equilibrated(matrix)
-    except linalg.LinAlgError as error:
-        raise UnobservableError(
-            "the rows that keep weight do not determine the unknowns. If the noise law rejects "
-            "rows, it rejects too much from this start: start from a robust fit (Lms, "
-            "Hyperbolic) or raise its threshold. Otherwise add targets or give a prior."
-        ) from error
-    return linalg.cho_solve((root, True), right / scale) / scale
-
-
-def spd_inverse(matrix: FloatArray) -> FloatArray:
-    """Inverse of a symmetric positive definite matrix of very different diagonal entries.
-
-    Raises
-    ------
-    scipy.linalg.LinAlgError
-        Not positive definite.
-    """
-    root, scale = _equilibrated(matrix)
-    inverse = linalg.cho_solve((root, True), np.eye(len(matrix)))
-    return inverse / np.outer(scale, scale)
+def _sizes(rows: Rows) -> IntArray | int:
+    """Sizes of rows, one number where they are all the same: laws then compute one normaliser."""
+    size = rows.size
+    return int(size[0]) if (size == size[0]).all() else size

@@ -20,6 +20,7 @@ from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array, positive_definite
 
 _SCALES = {"m": 1.0, "rad": 1e-3}
+_PRIOR_SD = {"m": 100.0, "rad": float(np.deg2rad(1.0))}
 
 
 class Problem(Protocol):
@@ -44,6 +45,10 @@ class Problem(Protocol):
     @property
     def scale(self) -> FloatArray:
         """Order of magnitude of the unknowns, shape (p,): the unit of a diffuse start."""
+
+    @property
+    def prior_sd(self) -> FloatArray:
+        """Standard deviations of the default prior about `start`, shape (p,)."""
 
     @property
     def exact(self) -> Rows | None:
@@ -192,6 +197,11 @@ class RegistrationProblem:
     def scale(self) -> FloatArray:
         """One metre or one milliradian for each unknown, shape (p,)."""
         return bias_scale(self.units)
+
+    @property
+    def prior_sd(self) -> FloatArray:
+        """100 m or 1 degree by unit, 1 where there is none, shape (p,)."""
+        return np.array([_PRIOR_SD.get(unit, 1.0) for unit in self.units])
 
     @property
     def exact(self) -> Whitened:

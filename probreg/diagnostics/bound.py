@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.posterior import spd_inverse
 from probreg.problem import Problem, RegistrationProblem
+from probreg.reweighting import spd_inverse
 from probreg.typing import FloatArray
 
 

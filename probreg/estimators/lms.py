@@ -22,9 +22,10 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior, spd_inverse
+from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, Whitened
+from probreg.reweighting import spd_inverse
 from probreg.typing import IntArray
 
 

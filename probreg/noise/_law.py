@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
 from typing import Any, ClassVar, Self
@@ -21,6 +21,7 @@ import numpy as np
 from scipy.special import gammaln
 
 from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray, IntArray
 
 Size = int | FloatArray | IntArray
@@ -60,12 +61,18 @@ class NoiseLaw(ABC):
     kinked : bool
         Whether the score w |v| jumps or nearly does, so that its slope at single residuals
         says nothing about its mean slope.
+    unit_name : str
+        Field that holds the common noise scale.
+    supports : mapping of str to Support
+        Parameters that may be unknown, and where they may lie.
     """
 
     proper: ClassVar[bool] = True
     convex: ClassVar[bool] = True
     scale_mixture: ClassVar[bool] = False
     kinked: ClassVar[bool] = False
+    unit_name: ClassVar[str] = "scale"
+    supports: ClassVar[Mapping[str, Support]] = {"scale": POSITIVE}
     weight_function: ClassVar[WeightFunction]
 
     scale: Any
@@ -85,6 +92,10 @@ class NoiseLaw(ABC):
     def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         """Draw n vectors of m components at unit scale."""
         raise ImproperLawError(self._no_density("sampled"))
+
+    def parameter_slope(self, name: str, d2: FloatArray, m: Size) -> FloatArray:
+        """Derivative of the normalised unit-scale log-density by a parameter of its own."""
+        raise InvalidInputError(f"{type(self).__name__} has no unknown parameter {name!r}.")
 
     def log_normalizer(self, m: int) -> FloatArray | float:
         """Log of the integral of exp(log_kernel) over R^m, by quadrature over the radius."""
@@ -147,11 +158,26 @@ class NoiseLaw(ABC):
         d2, size = law.squared_norm(v, m)
         value = law.log_kernel(d2, size) - law._log_normalizers(size)
         value = value - np.asarray(size) * np.log(np.asarray(law.unit, dtype=float))
-        if not self.componentwise:
-            return value
-        width = np.shape(v)[-1]
-        real = np.asarray(width if m is None else m)
-        return np.where(np.arange(width) < real[..., None], value, 0.0).sum(axis=-1)
+        return self._over_components(value, v, m)
+
+    def log_density_slope(self, name: str, v: FloatArray, m: Size | None = None) -> FloatArray:
+        """Derivative of `log_density` by the parameter `name`, shape (...).
+
+        Parameters
+        ----------
+        name : str
+            One of `supports`.
+        v, m
+            As for `log_density`.
+        """
+        law = self._spread()
+        d2, size = law.squared_norm(v, m)
+        if name == self.unit_name:
+            # the unit is a factor of every residual: d log f / d log(unit) = w d^2 - m
+            value = (law.unit_weight(d2, size) * d2 - size) / np.asarray(law.unit)
+        else:
+            value = law.parameter_slope(name, d2, size)
+        return self._over_components(value, v, m)
 
     def weight(self, v: FloatArray, m: Size | None = None) -> FloatArray:
         """Equivalent weights of whitened residuals.
@@ -267,6 +293,14 @@ class NoiseLaw(ABC):
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
         arrays = {k: np.asarray(v)[..., None] for k, v in fields.items() if np.ndim(v) > 0}
         return dataclasses.replace(self, **arrays) if arrays else self  # type: ignore[type-var]
+
+    def _over_components(self, value: Any, v: FloatArray, m: Size | None) -> FloatArray:
+        """Rows as they are; of a component-wise law the sum over the real components."""
+        if not self.componentwise:
+            return np.asarray(value)
+        width = np.shape(v)[-1]
+        real = np.asarray(width if m is None else m)
+        return np.where(np.arange(width) < real[..., None], value, 0.0).sum(axis=-1)
 
     def _log_normalizers(self, m: Size) -> Any:
         if np.ndim(m) == 0:

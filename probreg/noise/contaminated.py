@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
 
 
@@ -42,6 +44,12 @@ class Contaminated(ScaleMixture):
     componentwise: bool = False
 
     convex: ClassVar[bool] = False
+    unit_name: ClassVar[str] = "core_scale"
+    supports: ClassVar[Mapping[str, Support]] = {
+        "rate": SHARE,
+        "scale": ABOVE_ONE,
+        "core_scale": POSITIVE,
+    }
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
 
     def __post_init__(self) -> None:
@@ -73,6 +81,16 @@ class Contaminated(ScaleMixture):
         narrow = np.log1p(-np.asarray(self.rate)) - 0.5 * d2
         top = np.where(np.real(wide) > np.real(narrow), wide, narrow)
         return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
+
+    def parameter_slope(self, name: str, d2: FloatArray, m: Size) -> FloatArray:
+        """Derivative by the rate or by the outliers' scale: through the odds of an outlier."""
+        rate, scale = np.asarray(self.rate, dtype=float), np.asarray(self.scale, dtype=float)
+        wide = (1.0 - self.unit_weight(d2, m)) / (1.0 - 1.0 / scale**2)
+        if name == "rate":
+            slope: FloatArray = wide / rate - (1.0 - wide) / (1.0 - rate)
+        else:
+            slope = wide * (d2 / scale**2 - m) / scale
+        return slope
 
     def log_normalizer(self, m: int) -> float:
         """(m / 2) log 2 pi."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import betaln, gammaln
+from scipy.special import betaln, digamma, gammaln
 
 from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
 
 
@@ -38,6 +40,7 @@ class StudentT(ScaleMixture):
     componentwise: bool = False
 
     convex: ClassVar[bool] = False
+    supports: ClassVar[Mapping[str, Support]] = {"nu": POSITIVE, "scale": POSITIVE}
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
 
     def __post_init__(self) -> None:
@@ -57,6 +60,16 @@ class StudentT(ScaleMixture):
         nu = self.nu
         # through the beta function, which does not cancel for large nu
         return betaln(0.5 * nu, 0.5 * m) - gammaln(0.5 * m) + 0.5 * m * np.log(nu * np.pi)
+
+    def parameter_slope(self, name: str, d2: FloatArray, m: Size) -> FloatArray:
+        """Derivative by nu."""
+        nu, size = np.asarray(self.nu, dtype=float), np.asarray(m, dtype=float)
+        constant = 0.5 * (digamma(0.5 * (nu + size)) - digamma(0.5 * nu) - size / nu)
+        ratio = d2 / nu
+        slope: FloatArray = (
+            constant - 0.5 * np.log1p(ratio) + 0.5 * (nu + size) / nu * ratio / (1.0 + ratio)
+        )
+        return slope
 
     def unit_covariance_factor(self, m: int) -> Any:
         """Nu / (nu - 2), infinite for nu <= 2."""

@@ -30,6 +30,10 @@ class Sensor(Protocol):
     def bias_units(self) -> tuple[str, ...]:
         """Units of the biases, "m" or "rad"."""
 
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior standard deviation of each bias: what such sensors are found to have."""
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Return reports, shape (n, q), after checking them."""
 

@@ -45,6 +45,11 @@ class BearingSensor:
         label = f"sigma_bearing of sensor {self.name!r}"
         object.__setattr__(self, "sigma_bearing", angle_sigma(label, self.sigma_bearing))
 
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior: 1 degree."""
+        return np.array([np.deg2rad(1.0)])
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Check bearings (n,) for shape, non-finite values and degrees passed as radians."""
         label = f"bearing of sensor {self.name!r}"

@@ -55,6 +55,11 @@ class PositionSensor:
         """Units of the offsets."""
         return ("m",) * self.dim
 
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior: 100 m along each axis."""
+        return np.full(self.dim, 100.0)
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Check reports (n, d) for shape and non-finite values."""
         return finite_array(f"reports of sensor {self.name!r}", reports, (None, self.dim))

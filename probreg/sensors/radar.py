@@ -30,6 +30,11 @@ class PolarSensor:
         """Standard deviations of the report components, metres and radians."""
         raise AttributeError
 
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior: 100 m in range and 1 degree in the angles, as field radars are found."""
+        return np.array([100.0, *np.full(self.dim - 1, np.deg2rad(1.0))])
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Check reports (n, q) for shape, non-finite values and degrees passed as radians."""
         reports = finite_array(f"reports of sensor {self.name!r}", reports, (None, self.dim))

@@ -55,6 +55,11 @@ class Tracker2D(PolarSensor):
         sigma = positive_number(f"sigma of sensor {self.name!r}", self.sigma)
         object.__setattr__(self, "sigma", sigma)
 
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior: 1 km in range and 1 degree in azimuth, the sizes of the source."""
+        return np.array([1000.0, np.deg2rad(1.0)])
+
     def to_cartesian(self, reports: FloatArray, *, unbiased: bool = True) -> FloatArray:
         """Convert reports (..., 2) to positions: noise is Cartesian, so no factor is due."""
         return super().to_cartesian(reports, unbiased=False)

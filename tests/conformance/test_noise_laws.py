@@ -269,3 +269,31 @@ def test_same_seed_same_draws(law):
     first, second = (law.sample(np.random.default_rng(3), 50, 3) for _ in range(2))
     np.testing.assert_array_equal(first, second)
     assert first.shape == (50, 3)
+
+
+@pytest.mark.parametrize("law", both_ways(PROPER), ids=repr)
+def test_slopes_by_parameters_are_finite_differences(law):
+    law = dataclasses.replace(law, **unit(law))
+    v = np.pad(np.random.default_rng(8).normal(size=(30, 2)) * 4.0, ((0, 0), (0, 1)))
+    size = np.where(np.arange(30) % 2, 2, 1)
+    v[size == 1, 1] = 0.0
+    assert law.unit_name in law.supports
+    for name, support in law.supports.items():
+        value = float(getattr(law, name))
+        assert support.holds(value)
+        assert support.natural(support.free(value)) == pytest.approx(value)
+        step = 1e-5 * value
+        ends = [
+            dataclasses.replace(law, **{name: value + s}).log_density(v, size)
+            for s in (step, -step)
+        ]
+        slope = law.log_density_slope(name, v, size)
+        expected = (ends[0] - ends[1]) / (2.0 * step)
+        np.testing.assert_allclose(slope, expected, rtol=1e-6, atol=2e-8)
+        many = dataclasses.replace(law, **{name: np.array([[value], [1.1 * value]])})
+        both = many.log_density_slope(name, v, size)
+        np.testing.assert_allclose(both[0], slope, rtol=1e-9, atol=1e-12)
+        assert both.shape == (2, 30)
+        free, eps = float(support.free(value)), 1e-6
+        change = support.natural(free + eps) - support.natural(free - eps)
+        assert support.slope(free) == pytest.approx(change / (2 * eps), rel=1e-6)

@@ -1,0 +1,52 @@
+"""Where a parameter of a noise law may lie, and its map to the whole line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import expit, logit
+
+from probreg.typing import FloatArray
+
+
+@dataclass(frozen=True)
+class Support:
+    """An open interval: from `lower` to infinity through the log, or (0, 1) through the logit.
+
+    Parameters
+    ----------
+    lower : float
+    share : bool
+        Whether the parameter is a share, in (0, 1).
+    """
+
+    lower: float = 0.0
+    share: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a number lies inside."""
+        return self.lower < value < (1.0 if self.share else np.inf)
+
+    def free(self, value: FloatArray | float) -> FloatArray:
+        """Natural to free coordinate."""
+        if self.share:
+            return np.asarray(logit(value))
+        return np.asarray(np.log(np.asarray(value, dtype=float) - self.lower))
+
+    def natural(self, free: FloatArray | float) -> FloatArray:
+        """Free to natural coordinate."""
+        if self.share:
+            return np.asarray(expit(free))
+        return self.lower + np.exp(np.asarray(free, dtype=float))
+
+    def slope(self, free: FloatArray | float) -> FloatArray:
+        """Derivative of the natural by the free coordinate."""
+        if self.share:
+            return np.asarray(expit(free) * expit(-np.asarray(free)))
+        return np.exp(np.asarray(free, dtype=float))
+
+
+POSITIVE = Support()
+SHARE = Support(share=True)
+ABOVE_ONE = Support(lower=1.0)
