@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -184,25 +185,45 @@ class Posterior(Reweighted):
             value = value + law.log_density(v, _sizes(rows)).sum(axis=-1)
         return value - 0.5 * self._log_det
 
+    def grad_log_prior(self, x: FloatArray) -> FloatArray:
+        """Gradient of `log_prior` inside the box, shape (..., d)."""
+        x = self._check(x)
+        value = np.zeros(x.shape)
+        if self.prior is not None:
+            away = self.prior.mean - x[..., : self.dim_theta]
+            value[..., : self.dim_theta] = away @ self.prior.precision
+        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
+            value[..., k] = parameter.log_density_slope(x[..., k], self.noise)
+        return value
+
     def grad_log_prob(self, x: FloatArray) -> FloatArray:
         """Gradient of `log_prob`, shape (..., d); that of the untruncated density outside."""
+        return self.log_prob_and_grad(x)[1]
+
+    def log_prob_and_grad(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """`log_prob` and its gradient, the residuals computed once."""
         x = self._check(x)
         theta, law = x[..., : self.dim_theta], self.law(x)
-        value = np.zeros(x.shape)
-        for rows in self._row_blocks(value[..., 0].size):
-            v = rows.residual(theta)
-            size = _sizes(rows)
+        value, gradient = self.log_prior(x), self.grad_log_prior(x)
+        for rows in self._row_blocks(value.size):
+            v, size = rows.residual(theta), _sizes(rows)
+            value = value + law.log_density(v, size).sum(axis=-1)
             weighted = per_component(law.weight(v, size), v) * v
-            value[..., : self.dim_theta] += rows.pull_back(theta, weighted)
+            gradient[..., : self.dim_theta] += rows.pull_back(theta, weighted)
             for k, parameter in enumerate(self.noise_prior, self.dim_theta):
                 slope = law.log_density_slope(parameter.name, v, size).sum(axis=-1)
-                value[..., k] += slope * self.noise.supports[parameter.name].slope(x[..., k])
-        if self.prior is not None:
-            root = self.prior.root_precision
-            value[..., : self.dim_theta] -= (theta - self.prior.mean) @ (root.T @ root)
-        for k, parameter in enumerate(self.noise_prior, self.dim_theta):
-            value[..., k] += parameter.log_density_slope(x[..., k], self.noise)
-        return value
+                gradient[..., k] += slope * self.noise.supports[parameter.name].slope(x[..., k])
+        return value - 0.5 * self._log_det, gradient
+
+    def to_pyro(self) -> Callable[[], None]:
+        """The same model as an ordinary Pyro model, to be extended there.
+
+        Sites: "theta" (p,), "noise.<name>.free" for each unknown noise parameter (and the
+        parameter itself as deterministic "noise.<name>"), and the factor "rows".
+        """
+        from probreg.torch_bridge import pyro_model
+
+        return pyro_model(self)
 
     @cached_property
     def laplace(self) -> Laplace:
@@ -307,4 +328,4 @@ class Posterior(Reweighted):
 def _sizes(rows: Rows) -> IntArray | int:
     """Sizes of rows, one number where they are all the same: laws then compute one normaliser."""
     size = rows.size
-    return int(size[0]) if (size == size[0]).all() else size
+    return int(size[0]) if size.min() == size.max() else size

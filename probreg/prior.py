@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -76,7 +77,12 @@ class GaussianPrior:
             mean[k], sd[k] = centre, spread
         return cls.from_sd(sd, mean)
 
-    @property
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Inverse covariance, shape (p, p)."""
+        return self.root_precision.T @ self.root_precision
+
+    @cached_property
     def root_precision(self) -> FloatArray:
         """Matrix W with W'W the prior precision: rows to append to a whitened problem."""
         return np.linalg.inv(np.linalg.cholesky(self.covariance))
@@ -84,8 +90,11 @@ class GaussianPrior:
     def log_density(self, theta: FloatArray) -> FloatArray:
         """Normalised log-density of theta, shape (..., p) to (...)."""
         v = (theta - self.mean) @ self.root_precision.T
-        log_det = np.linalg.slogdet(2.0 * np.pi * self.covariance)[1]
-        return -0.5 * np.einsum("...p,...p->...", v, v) - 0.5 * log_det
+        return -0.5 * np.einsum("...p,...p->...", v, v) - 0.5 * self._log_det
+
+    @cached_property
+    def _log_det(self) -> float:
+        return float(np.linalg.slogdet(2.0 * np.pi * self.covariance)[1])
 
     def sample(self, rng: np.random.Generator) -> FloatArray:
         """Draw one parameter vector, shape (p,)."""

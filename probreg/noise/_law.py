@@ -47,6 +47,14 @@ def _apply_weight(weight: Any, d2: FloatArray, m: FloatArray, params: FloatArray
     return out
 
 
+@numba.njit(cache=True)
+def _apply_fixed(weight: Any, d2: FloatArray, m: float, params: FloatArray) -> FloatArray:
+    out = np.empty(d2.size)
+    for i in range(d2.size):
+        out[i] = weight(d2[i], m, params)
+    return out
+
+
 class NoiseLaw(ABC):
     """Base of the noise laws; subclasses are frozen dataclasses over `scale` and their own.
 
@@ -278,11 +286,15 @@ class NoiseLaw(ABC):
 
     def unit_weight(self, d2: FloatArray, m: Size) -> FloatArray:
         """Weights at unit scale of squared norms in m dimensions, by the compiled function."""
-        parts = np.broadcast_arrays(d2, np.asarray(m, dtype=float), *(self.params or (0.0,)))
-        flat = [np.array(part, dtype=float).ravel() for part in parts]
-        params = np.stack(flat[2:], axis=-1)
         weight = compile_weight(type(self).weight_function)
-        return _apply_weight(weight, flat[0], flat[1], params).reshape(parts[0].shape)
+        if np.ndim(m) == 0 and not any(np.ndim(value) for value in self.params):
+            fixed = np.array(self.params or (0.0,), dtype=float)
+            flat = np.ascontiguousarray(d2, dtype=float).ravel()
+            return _apply_fixed(weight, flat, float(m), fixed).reshape(np.shape(d2))
+        parts = np.broadcast_arrays(d2, np.asarray(m, dtype=float), *(self.params or (0.0,)))
+        columns = [np.array(part, dtype=float).ravel() for part in parts]
+        params = np.stack(columns[2:], axis=-1)
+        return _apply_weight(weight, columns[0], columns[1], params).reshape(parts[0].shape)
 
     # -- details -----------------------------------------------------------------------
 

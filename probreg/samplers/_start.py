@@ -1,0 +1,68 @@
+"""What every sampler checks and where its chains start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.moves.laplace_t import LaplaceT
+from probreg.posterior import Posterior
+from probreg.typing import FloatArray
+
+
+def require_target(
+    posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
+) -> None:
+    """Raise unless there is a density to draw from and the numbers make sense.
+
+    Raises
+    ------
+    ImproperLawError
+        The noise law has no density.
+    InvalidInputError
+        Not a posterior or a generator, draws or chains below one.
+    """
+    if not isinstance(posterior, Posterior):
+        raise InvalidInputError(f"a sampler takes a Posterior, not a {type(posterior).__name__}.")
+    if not isinstance(rng, np.random.Generator):
+        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
+    for name, value in (("num_draws", num_draws), ("num_chains", num_chains)):
+        if not isinstance(value, int | np.integer) or value < 1:
+            raise InvalidInputError(f"{name} is {value!r}; a whole number from 1 is needed.")
+    if not posterior.noise.proper:
+        raise ImproperLawError(
+            f"{type(posterior.noise).__name__} is a rejection rule without a density, so there is "
+            "no posterior to sample. Take Gaussian, StudentT, Contaminated, Hyperbolic or Huber."
+        )
+
+
+def start_states(
+    posterior: Posterior, num_chains: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """States (k, d) about the mode, wider than the posterior, in the box; their log_prob (k,).
+
+    Raises
+    ------
+    InvalidInputError
+        The log-density at the mode is not finite, or the box holds hardly any of it.
+    """
+    mode = posterior.laplace.mean
+    height = float(posterior.log_prob(mode))
+    if not np.isfinite(height):
+        raise InvalidInputError(
+            f"the log-density at the mode is {height}: the chains cannot start. Check the reports "
+            "for absurd values and the priors for their scale."
+        )
+    density = LaplaceT().ready(posterior, 1.0)
+    x = density.sample(rng, num_chains)
+    for _ in range(100):
+        bad = ~posterior.inside(x)
+        if not bad.any():
+            break
+        x[bad] = density.sample(rng, int(bad.sum()))
+    x[~posterior.inside(x)] = mode
+    log_prob = posterior.log_prob(x)
+    # a start that the density cannot hold is put at the mode, which it can
+    lost = ~np.isfinite(log_prob)
+    x[lost], log_prob[lost] = mode, height
+    return x, log_prob

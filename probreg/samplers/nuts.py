@@ -1,0 +1,129 @@
+"""The no-U-turn sampler, in Pyro."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from probreg.arviz_adapter import MIN_DRAWS
+from probreg.errors import InvalidInputError
+from probreg.posterior import Posterior
+from probreg.samplers._draws import Draws
+from probreg.samplers._start import require_target, start_states
+from probreg.torch_bridge import as_torch, borrowed_torch
+from probreg.typing import FloatArray
+
+
+@dataclass(frozen=True)
+class Nuts:
+    """NUTS on the posterior whitened by its Laplace approximation, with the analytic gradient.
+
+    Chains run one after the other, each with its own seed, so that results do not depend on
+    the number of cores. The states of torch, numpy and random are left as they were found.
+
+    Parameters
+    ----------
+    warmup : int
+        Steps in which step size and mass matrix are adapted.
+    target_accept : float
+        In (0, 1); nearer to one where there are divergences.
+    max_tree_depth : int
+    progress : bool
+        Show Pyro's progress bar.
+    """
+
+    warmup: int = 100
+    target_accept: float = 0.7
+    max_tree_depth: int = 10
+    progress: bool = False
+
+    def __post_init__(self) -> None:
+        if self.warmup < 1 or self.max_tree_depth < 1 or not 0.0 < self.target_accept < 1.0:
+            raise InvalidInputError(
+                f"Nuts: warmup {self.warmup} and max_tree_depth {self.max_tree_depth} must be 1 or "
+                f"more, target_accept {self.target_accept} in (0, 1)."
+            )
+
+    def sample(
+        self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
+    ) -> Draws:
+        """Draw from a posterior.
+
+        Parameters
+        ----------
+        posterior : Posterior
+        num_draws, num_chains : int
+        rng : numpy.random.Generator
+            Seeds each chain.
+
+        Returns
+        -------
+        Draws
+            `stats` has "log_prob" and "diverging"; `facts` the step size of each chain.
+
+        Raises
+        ------
+        InvalidInputError
+            The posterior is cut by a box: the gradient does not see it.
+        ImproperLawError, UnobservableError
+            What cannot be sampled, with the reason.
+        """
+        require_target(posterior, num_draws, num_chains, rng)
+        if num_draws < MIN_DRAWS:
+            raise InvalidInputError(f"Nuts needs at least {MIN_DRAWS} draws a chain.")
+        if posterior.box is not None:
+            raise InvalidInputError(
+                "Nuts follows the gradient, which does not see a box. Take MetropolisHastings, or "
+                "say in a prior what the box says."
+            )
+        laplace = posterior.laplace
+        root = laplace.root
+
+        def potential(z: FloatArray) -> tuple[float, FloatArray]:
+            value, slope = posterior.log_prob_and_grad(laplace.mean + root @ z)
+            return -float(value), -(slope @ root)
+
+        starts, _ = start_states(posterior, num_chains, rng)
+        kept = np.empty((num_chains, num_draws, posterior.dim))
+        diverging = np.zeros((num_chains, num_draws), dtype=bool)
+        sizes = []
+        for c, start in enumerate(starts):
+            z = np.linalg.solve(root, start - laplace.mean)
+            seed = int(rng.integers(2**31))
+            draws, bad, size = self._chain(as_torch(potential), z, num_draws, seed)
+            kept[c] = laplace.mean + draws @ root.T
+            diverging[c, bad] = True
+            sizes.append(size)
+        stats = {"log_prob": posterior.log_prob(kept), "diverging": diverging}
+        facts = {"warmup": self.warmup, "step_size": sizes}
+        return Draws(posterior, posterior.natural(kept), stats, repr(self), 1.0, facts)
+
+    def _chain(
+        self, potential: Any, start: FloatArray, num_draws: int, seed: int
+    ) -> tuple[FloatArray, list[int], float]:
+        """One seeded chain: whitened draws (num_draws, d), diverging ones, step size."""
+        import torch
+        from pyro.infer.mcmc import MCMC, NUTS
+
+        with borrowed_torch(seed):
+            kernel = NUTS(
+                potential_fn=lambda state: potential(state["z"]),
+                full_mass=True,
+                target_accept_prob=self.target_accept,
+                max_tree_depth=self.max_tree_depth,
+            )
+            run = MCMC(
+                kernel,
+                num_samples=num_draws,
+                warmup_steps=self.warmup,
+                initial_params={"z": torch.tensor(start)},
+                num_chains=1,
+                disable_progbar=not self.progress,
+            )
+            run.run()
+            draws = run.get_samples()["z"].numpy()
+            found = run.diagnostics()["divergences"]["chain 0"]
+            # those of warm-up have negative numbers
+            return draws, [k for k in found if 0 <= k < num_draws], float(kernel.step_size)
