@@ -79,14 +79,16 @@ def ess(x: FloatArray, method: str = "bulk") -> float:
 
 def smooth_weights(log_ratios: FloatArray) -> tuple[FloatArray, float]:
     """Pareto-smooth importance log-ratios (k,): normalised log-weights and the Pareto k."""
-    if is_new():
-        from arviz_stats.base import array_stats
+    shifted = log_ratios - log_ratios.max()
+    with np.errstate(over="ignore", under="ignore"):  # light tails overflow inside, harmlessly
+        if is_new():
+            from arviz_stats.base import array_stats
 
-        smoothed, k = array_stats.psislw(log_ratios - log_ratios.max())
-    else:
-        import arviz
+            smoothed, k = array_stats.psislw(shifted)
+        else:
+            import arviz
 
-        smoothed, k = arviz.psislw(log_ratios - log_ratios.max())
+            smoothed, k = arviz.psislw(shifted)
     smoothed = np.asarray(smoothed, dtype=float)
     return smoothed - np.logaddexp.reduce(smoothed), float(k)
 

@@ -232,7 +232,8 @@ class Posterior(Reweighted):
         Raises
         ------
         InvalidInputError
-            The mode lies outside the box, or the density is not curved downwards there.
+            The mode lies outside the box, or the density is not finite or not curved downwards
+            there.
         """
         mode = self._joint_mode()
         if not self.inside(mode):
@@ -243,6 +244,13 @@ class Posterior(Reweighted):
             raise InvalidInputError(
                 f"the box excludes the mode ({where}), so a sampler would only see a tail of the "
                 "posterior. Widen the box, or say in a prior what you know."
+            )
+        with np.errstate(over="ignore", invalid="ignore"):
+            height = float(self.log_prob(mode))
+        if not np.isfinite(height):
+            raise InvalidInputError(
+                f"the log-density at the mode is {height}: nothing can start there. Check the "
+                "reports for absurd values and the priors for their scale."
             )
         covariance = self._joint_covariance(mode)
         return Laplace(mode, covariance, np.linalg.cholesky(covariance))

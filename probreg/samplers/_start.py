@@ -39,20 +39,9 @@ def require_target(
 def start_states(
     posterior: Posterior, num_chains: int, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """States (k, d) about the mode, wider than the posterior, in the box; their log_prob (k,).
-
-    Raises
-    ------
-    InvalidInputError
-        The log-density at the mode is not finite, or the box holds hardly any of it.
-    """
+    """States (k, d) about the mode, wider than the posterior, in the box; their log_prob (k,)."""
     mode = posterior.laplace.mean
     height = float(posterior.log_prob(mode))
-    if not np.isfinite(height):
-        raise InvalidInputError(
-            f"the log-density at the mode is {height}: the chains cannot start. Check the reports "
-            "for absurd values and the priors for their scale."
-        )
     density = LaplaceT().ready(posterior, 1.0)
     x = density.sample(rng, num_chains)
     for _ in range(100):
