@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -84,7 +85,7 @@ def smooth_weights(log_ratios: FloatArray) -> tuple[FloatArray, float]:
         if is_new():
             from arviz_stats.base import array_stats
 
-            smoothed, k = array_stats.psislw(shifted)
+            smoothed, k = array_stats.psislw(-shifted)  # takes minus the log weights
         else:
             import arviz
 
@@ -125,7 +126,9 @@ def leave_one_out(log_likelihood: FloatArray) -> LeaveOneOut:
     draws = {"x": np.zeros(log_likelihood.shape[:2])}
     groups: Groups = {"posterior": draws, "log_likelihood": {"y": log_likelihood}}
     data = inference_data(groups, {}, {"y": ["row"]}, {})
-    found = arviz.loo(data, pointwise=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # bad rows are counted by the caller
+        found = arviz.loo(data, pointwise=True)
     if is_new():
         elpd, se, pointwise = found.elpd, found.se, found.elpd_i
     else:
