@@ -29,6 +29,7 @@ benchmark: $(READY)
 	$(PY) benchmarks/recursion.py
 	$(PY) benchmarks/robust_fits.py
 	$(PY) benchmarks/bearings.py
+	$(PY) benchmarks/static_posterior.py
 
 # rebuilt only when the lock or the project file changes
 $(READY): requirements.lock pyproject.toml

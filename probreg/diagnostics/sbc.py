@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -135,14 +135,16 @@ class Ranks:
     @cached_property
     def _null(self) -> FloatArray:
         """The least pointwise tail probability of uniform ranks, simulated."""
-        rng = np.random.default_rng(_SEED)
-        n = len(self.ranks)
-        return np.array(
-            [
-                _least_tail(rng.integers(1, self.draws + 2, n), self.draws, self.points)
-                for _ in range(_SIMULATIONS)
-            ]
-        )
+        return _null_tails(len(self.ranks), self.draws, tuple(self.points))
+
+
+@cache
+def _null_tails(n: int, draws: int, points: tuple[float, ...]) -> FloatArray:
+    """Least tail probabilities of n uniform ranks, simulated once for each pair of sizes."""
+    rng = np.random.default_rng(_SEED)
+    z = np.array(points)
+    tails = [_least_tail(rng.integers(1, draws + 2, n), draws, z) for _ in range(_SIMULATIONS)]
+    return np.array(tails)
 
 
 def _least_tail(ranks: IntArray, draws: int, points: FloatArray) -> float:

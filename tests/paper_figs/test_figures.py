@@ -28,6 +28,10 @@ PASSIVE_TABLES = ["rekf_errors", "rekf_cost", "rrtls_errors", "passive_beyond_ta
 FILES = [*PAPER[:8], "ralad_beyond", *PAPER[10:], *(f"ralad_table{k}" for k in range(1, 7))]
 FILES += ["ralad_beyond_case1_rmse", "lts_fig3_symmetric", "lts_beyond_table"]
 FILES += PASSIVE + PASSIVE_TABLES
+BAYES = ["calibration_sbc", "calibration_reports", "calibration_position", "coverage_by_gamma"]
+BAYES += ["posterior_ralad", "coverage_methods"]
+FILES += [f"calibration_{kind}_pair_{d}d" for kind in ("sbc", "ranks") for d in (2, 3)] + BAYES[1:]
+FILES += ["calibration_table", "calibration_reports_table", "calibration_position_table"]
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +67,7 @@ def drawn(results, tmp_path_factory):
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert set(PAPER + PASSIVE) <= set(names())
+    assert set(PAPER + PASSIVE + BAYES) <= set(names())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
