@@ -128,6 +128,19 @@ def test_pyro_model_of_bearings_with_a_flat_prior():
     assert float(total) == pytest.approx(float(posterior.log_prob(x)), rel=1e-9)
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_wild_proposals_have_a_density_and_not_an_error(name):
+    # a diverging trajectory may go anywhere
+    posterior = make(name)
+    far = np.tile(posterior.laplace.mean, (2, 1))
+    far[:, 4:] = np.array([[900.0], [-900.0]])
+    value, gradient = posterior.log_prob_and_grad(far)
+    assert not np.isnan(value).any()
+    assert (value < posterior.log_prob(posterior.laplace.mean)).all()
+    assert posterior.log_prob(far[0]) == value[0]
+    assert not np.isnan(gradient).any()
+
+
 def test_a_box_cuts_the_density():
     box = np.array([[0.0, 1.0], [-np.inf, np.inf], [-5.0, 5.0], [-5.0, 5.0]])
     free = Posterior(linear_problem(3).problem, Gaussian(), PRIOR)

@@ -9,6 +9,8 @@ from scipy.special import expit, logit
 
 from probreg.typing import FloatArray
 
+_LOG, _LOGIT = 100.0, 30.0  # free coordinates beyond which squares or complements lose all digits
+
 
 @dataclass(frozen=True)
 class Support:
@@ -35,16 +37,20 @@ class Support:
         return np.asarray(np.log(np.asarray(value, dtype=float) - self.lower))
 
     def natural(self, free: FloatArray | float) -> FloatArray:
-        """Free to natural coordinate."""
+        """Free to natural coordinate, kept off the ends that rounding would reach."""
+        x = np.asarray(free, dtype=float)
         if self.share:
-            return np.asarray(expit(free))
-        return self.lower + np.exp(np.asarray(free, dtype=float))
+            return np.asarray(expit(np.clip(x, -_LOGIT, _LOGIT)))
+        stretched = np.exp(np.clip(x, -_LOG, _LOG))
+        return np.maximum(self.lower + stretched, self.lower * (1.0 + 1e-12))
 
     def slope(self, free: FloatArray | float) -> FloatArray:
-        """Derivative of the natural by the free coordinate."""
-        if self.share:
-            return np.asarray(expit(free) * expit(-np.asarray(free)))
-        return np.exp(np.asarray(free, dtype=float))
+        """Derivative of the natural by the free coordinate: zero where it is held."""
+        x = np.asarray(free, dtype=float)
+        limit = _LOGIT if self.share else _LOG
+        held = np.clip(x, -limit, limit)
+        slope = expit(held) * expit(-held) if self.share else np.exp(held)
+        return np.where(held == x, slope, 0.0)
 
 
 POSITIVE = Support()
