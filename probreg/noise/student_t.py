@@ -88,4 +88,9 @@ class StudentT(ScaleMixture):
 
     def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
         """Gamma((nu + m) / 2, rate (nu + d^2) / 2)."""
-        return rng.gamma(0.5 * (self.nu + m), 2.0 / (self.nu + d2))
+        # standard draws of a full size are faster than draws of an array of scales
+        shape = np.asarray(0.5 * (self.nu + m))
+        size = np.broadcast_shapes(shape.shape, np.shape(d2))
+        return rng.standard_gamma(shape if shape.ndim else float(shape), size) * (
+            2.0 / (self.nu + d2)
+        )
