@@ -25,6 +25,8 @@ ROOMS = [
     {"problem"},
     {"prior"},
     {"contrast", "bearings"},
+    {"dynamics", "_kalman"},
+    {"trajectory"},
     {"reweighting"},
     {"posterior", "torch_bridge"},
     {"estimators", "arviz_adapter"},

@@ -1,0 +1,157 @@
+"""Compiled Kalman filter, RTS smoother and simulation smoother.
+
+Rows come whitened, so their components enter one by one as scalars of unit variance over a
+weight: no matrix of a row is ever inverted, missing rows are rows of weight zero, and the
+weights are what a scale mixture hides.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from probreg.typing import FloatArray
+
+_TINY = 1e-13  # relative pivot below which a covariance has no spread in that direction
+
+
+@numba.njit(cache=True)
+def run_filter(
+    v: FloatArray,
+    A: FloatArray,
+    weights: FloatArray,
+    F: FloatArray,
+    Q: FloatArray,
+    mean: FloatArray,
+    covariance: FloatArray,
+    predicted: FloatArray,
+    predicted_cov: FloatArray,
+    filtered: FloatArray,
+    filtered_cov: FloatArray,
+) -> float:
+    """Filter scans v (T, m), A (T, m, d) of component weights (T, m); step k leads to scan k + 1.
+
+    Writes means (T, d) and covariances (T, d, d) before and after each scan; returns the log
+    marginal likelihood of the whitened rows.
+    """
+    T, m, d = A.shape
+    log_likelihood = 0.0
+    x, P = mean.copy(), covariance.copy()
+    gain = np.empty(d)
+    for t in range(T):
+        if t > 0:
+            x = F[t - 1] @ x
+            P = F[t - 1] @ P @ F[t - 1].T + Q[t - 1]
+        predicted[t] = x
+        predicted_cov[t] = P
+        for c in range(m):
+            w = weights[t, c]
+            if w <= 0.0:
+                continue
+            innovation, spread = v[t, c], 1.0 / w
+            for a in range(d):
+                innovation -= A[t, c, a] * x[a]
+                gain[a] = 0.0
+                for b in range(d):
+                    gain[a] += P[a, b] * A[t, c, b]
+            for a in range(d):
+                spread += A[t, c, a] * gain[a]
+            log_likelihood -= 0.5 * (np.log(2.0 * np.pi * spread) + innovation**2 / spread)
+            for a in range(d):
+                x[a] += gain[a] * innovation / spread
+                for b in range(a + 1):
+                    P[a, b] -= gain[a] * gain[b] / spread
+                    P[b, a] = P[a, b]
+        filtered[t] = x
+        filtered_cov[t] = P
+    return log_likelihood
+
+
+@numba.njit(cache=True)
+def run_smoother(
+    F: FloatArray,
+    predicted: FloatArray,
+    predicted_cov: FloatArray,
+    filtered: FloatArray,
+    filtered_cov: FloatArray,
+    smoothed: FloatArray,
+    smoothed_cov: FloatArray,
+    cross: FloatArray,
+) -> None:
+    """Rauch-Tung-Striebel pass; writes means, covariances, and Cov(x_t, x_t+1) into cross."""
+    T = filtered.shape[0]
+    smoothed[T - 1] = filtered[T - 1]
+    smoothed_cov[T - 1] = filtered_cov[T - 1]
+    for t in range(T - 2, -1, -1):
+        J = _gain(filtered_cov[t], F[t], predicted_cov[t + 1])
+        smoothed[t] = filtered[t] + J @ (smoothed[t + 1] - predicted[t + 1])
+        change = smoothed_cov[t + 1] - predicted_cov[t + 1]
+        P = filtered_cov[t] + J @ change @ J.T
+        smoothed_cov[t] = 0.5 * (P + P.T)
+        cross[t] = J @ smoothed_cov[t + 1]
+
+
+@numba.njit(cache=True)
+def draw_path(
+    F: FloatArray,
+    predicted: FloatArray,
+    predicted_cov: FloatArray,
+    filtered: FloatArray,
+    filtered_cov: FloatArray,
+    z: FloatArray,
+    path: FloatArray,
+) -> None:
+    """One draw of the whole path (T, d) from standard normal numbers z (T, d), backwards."""
+    T = filtered.shape[0]
+    path[T - 1] = filtered[T - 1] + semidefinite_root(filtered_cov[T - 1]) @ z[T - 1]
+    for t in range(T - 2, -1, -1):
+        J = _gain(filtered_cov[t], F[t], predicted_cov[t + 1])
+        mean = filtered[t] + J @ (path[t + 1] - predicted[t + 1])
+        P = filtered_cov[t] - J @ predicted_cov[t + 1] @ J.T
+        path[t] = mean + semidefinite_root(0.5 * (P + P.T)) @ z[t]
+
+
+@numba.njit(cache=True)
+def _gain(P: FloatArray, F: FloatArray, ahead: FloatArray) -> FloatArray:
+    """P F' ahead^-1, with no gain along directions in which `ahead` has no spread."""
+    d = P.shape[0]
+    L = semidefinite_root(ahead)
+    right = F @ P
+    # forward and backward substitution, column by column
+    out = np.empty((d, d))
+    for k in range(d):
+        y = np.zeros(d)
+        for a in range(d):
+            s = right[a, k]
+            for b in range(a):
+                s -= L[a, b] * y[b]
+            y[a] = s / L[a, a] if L[a, a] > 0.0 else 0.0
+        x = np.zeros(d)
+        for a in range(d - 1, -1, -1):
+            s = y[a]
+            for b in range(a + 1, d):
+                s -= L[b, a] * x[b]
+            x[a] = s / L[a, a] if L[a, a] > 0.0 else 0.0
+        for a in range(d):
+            out[k, a] = x[a]
+    return out
+
+
+@numba.njit(cache=True)
+def semidefinite_root(P: FloatArray) -> FloatArray:
+    """Lower triangular root of a positive semi-definite matrix; pivots of rounding are zero."""
+    d = P.shape[0]
+    L = np.zeros((d, d))
+    for a in range(d):
+        s = P[a, a]
+        for k in range(a):
+            s -= L[a, k] * L[a, k]
+        if s <= _TINY * P[a, a]:
+            continue
+        L[a, a] = np.sqrt(s)
+        for b in range(a + 1, d):
+            s = P[b, a]
+            for k in range(a):
+                s -= L[b, k] * L[a, k]
+            L[b, a] = s / L[a, a]
+    return L

@@ -1,0 +1,213 @@
+"""Unknowns that move: a linear-Gaussian state space over scans, and its exact answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg import _kalman
+from probreg._linalg import inverse_roots
+from probreg.dynamics import Dynamics, semidefinite
+from probreg.errors import InvalidInputError
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.typing import FloatArray
+from probreg.validation import finite_array, positive_definite
+
+
+class Filtered(NamedTuple):
+    """What a Kalman filter knows before and after each scan.
+
+    Attributes
+    ----------
+    predicted, mean : ndarray, shape (T, d)
+    predicted_covariance, covariance : ndarray, shape (T, d, d)
+    log_likelihood : float
+        Log marginal likelihood of all rows.
+    """
+
+    predicted: FloatArray
+    predicted_covariance: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    log_likelihood: float
+
+
+class Smoothed(NamedTuple):
+    """What all scans together say about each.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (T, d)
+    covariance : ndarray, shape (T, d, d)
+    cross : ndarray, shape (T - 1, d, d)
+        Covariance of scan t with scan t + 1.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    cross: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Scans y_t = H_t x_t + noise of a state that moves, x_(t+1) = F_t x_t + N(0, Q_t).
+
+    Parameters
+    ----------
+    y : ndarray, shape (T, m)
+        Reports or contrasts of each scan.
+    H : ndarray, shape (T, m, d)
+        Sensitivity to the state.
+    R : ndarray, shape (T, m, m)
+        Scale matrix of the noise.
+    F, Q : ndarray, shape (T - 1, d, d)
+        Step from each scan to the next.
+    prior : GaussianPrior
+        Of the state at the first scan.
+    time : ndarray, shape (T,), optional
+        Seconds.
+    names, units : tuple of str
+        Of the d states.
+    present : ndarray of bool, shape (T, m), optional
+        Components that were reported; by default all. The others must be zero in y and H and
+        uncorrelated in R.
+
+    Raises
+    ------
+    InvalidInputError
+        Mismatched shapes, NaN, R not positive definite, Q not positive semi-definite.
+    """
+
+    y: FloatArray
+    H: FloatArray
+    R: FloatArray
+    F: FloatArray
+    Q: FloatArray
+    prior: GaussianPrior
+    time: FloatArray | None = None
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    present: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        y = finite_array("y", self.y, (None, None))
+        T, m = y.shape
+        if T == 0 or m == 0:
+            raise InvalidInputError("there is no scan.")
+        H = finite_array("H", self.H, (T, m, None))
+        d = H.shape[2]
+        R = positive_definite("R", finite_array("R", self.R, (T, m, m)))
+        F = finite_array("F", np.broadcast_to(self.F, (T - 1, d, d)), (T - 1, d, d))
+        Q = finite_array("Q", np.broadcast_to(self.Q, (T - 1, d, d)), (T - 1, d, d))
+        for k in range(T - 1):
+            if k == 0 or (Q[k] != Q[k - 1]).any():
+                semidefinite(f"Q[{k}]", Q[k])
+        names = tuple(self.names or (f"state[{k}]" for k in range(d)))
+        if len(names) != d:
+            raise InvalidInputError(f"{d} states need {d} names; got {names}.")
+        self.prior.check(names)
+        present = np.ones((T, m)) if self.present is None else np.asarray(self.present, dtype=float)
+        if present.shape != (T, m):
+            raise InvalidInputError(f"present has shape {present.shape}; ({T}, {m}) is needed.")
+        if self.time is not None:
+            time = finite_array("time", self.time, (T,))
+            late = np.flatnonzero(np.diff(time) < 0.0)
+            if late.size:
+                raise InvalidInputError(
+                    f"time goes back after scan {late[0]} ({time[late[0]]:g} to "
+                    f"{time[late[0] + 1]:g} s); sort the scans first."
+                )
+        fields = {"y": y, "H": H, "R": R, "F": F, "Q": Q, "names": names, "present": present}
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "units", tuple(self.units or ("",) * d))
+
+    @classmethod
+    def drifting(
+        cls, problem: RegistrationProblem, dynamics: Dynamics, prior: GaussianPrior
+    ) -> Trajectory:
+        """The unknowns of a linear problem, moving between the times of its rows.
+
+        Rows of one time are one scan. Gaps in time are longer steps.
+
+        Raises
+        ------
+        InvalidInputError
+            The problem has no times.
+        """
+        if problem.time is None:
+            raise InvalidInputError("a bias that drifts needs the times of the rows.")
+        assert problem.size is not None
+        times, scan = np.unique(problem.time, return_inverse=True)
+        counts = np.bincount(scan)
+        order = np.argsort(scan, kind="stable")
+        place = np.arange(len(order)) - np.repeat(np.cumsum(counts) - counts, counts)
+        _, width, p = problem.B.shape
+        T, most = len(times), int(counts.max())
+        m = most * width
+        y, H = np.zeros((T, m)), np.zeros((T, m, p))
+        R, present = np.tile(np.eye(m), (T, 1, 1)), np.zeros((T, m))
+        for row, k in zip(order, place, strict=True):
+            t, own = scan[row], slice(k * width, (k + 1) * width)
+            y[t, own], H[t, own], R[t, own, own] = problem.y[row], problem.B[row], problem.R[row]
+            present[t, own] = np.arange(width) < problem.size[row]
+        steps = [dynamics.step(p, float(dt)) for dt in np.diff(times)]
+        F = np.array([step[0] for step in steps]).reshape(T - 1, p, p)
+        Q = np.array([step[1] for step in steps]).reshape(T - 1, p, p)
+        return cls(y, H, R, F, Q, prior, times, problem.names, problem.units, present)
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    @cached_property
+    def whitened(self) -> tuple[FloatArray, FloatArray, float]:
+        """V (T, m), A (T, m, d) and the sum of log |R|."""
+        root, log_det = inverse_roots(np.ascontiguousarray(self.R))
+        v = np.einsum("tij,tj->ti", root, self.y)
+        return v, np.ascontiguousarray(root @ self.H), float(log_det.sum())
+
+    def filter(self, weights: FloatArray | None = None) -> Filtered:
+        """Kalman filter; `weights` (T, m) divide the variance of each whitened component."""
+        v, A, log_det = self.whitened
+        T, d = len(self), A.shape[2]
+        assert self.present is not None
+        used = self.present if weights is None else self.present * weights
+        means, covariances = np.empty((2, T, d)), np.empty((2, T, d, d))
+        log_likelihood = _kalman.run_filter(
+            v,
+            A,
+            np.ascontiguousarray(used),
+            np.ascontiguousarray(self.F),
+            np.ascontiguousarray(self.Q),
+            self.prior.mean,
+            self.prior.covariance,
+            means[0],
+            covariances[0],
+            means[1],
+            covariances[1],
+        )
+        value = float(log_likelihood) - 0.5 * log_det
+        return Filtered(means[0], covariances[0], means[1], covariances[1], value)
+
+    def smooth(self, filtered: Filtered | None = None) -> Smoothed:
+        """Rauch-Tung-Striebel smoother."""
+        known = self.filter() if filtered is None else filtered
+        mean, covariance = np.empty_like(known.mean), np.empty_like(known.covariance)
+        cross = np.empty_like(self.F)
+        _kalman.run_smoother(np.ascontiguousarray(self.F), *known[:4], mean, covariance, cross)
+        return Smoothed(mean, covariance, cross)
+
+    def draw(
+        self, rng: np.random.Generator, num_draws: int, filtered: Filtered | None = None
+    ) -> FloatArray:
+        """Simulation smoother: independent paths (num_draws, T, d) given all scans."""
+        known = self.filter() if filtered is None else filtered
+        T, d = known.mean.shape
+        paths, F = np.empty((num_draws, T, d)), np.ascontiguousarray(self.F)
+        for k in range(num_draws):
+            _kalman.draw_path(F, *known[:4], rng.standard_normal((T, d)), paths[k])
+        return paths
