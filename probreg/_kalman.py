@@ -92,23 +92,62 @@ def run_smoother(
 
 
 @numba.njit(cache=True)
-def draw_path(
+def backward_map(
     F: FloatArray,
-    predicted: FloatArray,
     predicted_cov: FloatArray,
-    filtered: FloatArray,
     filtered_cov: FloatArray,
-    z: FloatArray,
-    path: FloatArray,
+    gains: FloatArray,
+    roots: FloatArray,
 ) -> None:
-    """One draw of the whole path (T, d) from standard normal numbers z (T, d), backwards."""
-    T = filtered.shape[0]
-    path[T - 1] = filtered[T - 1] + semidefinite_root(filtered_cov[T - 1]) @ z[T - 1]
-    for t in range(T - 2, -1, -1):
+    """What turns standard normal numbers z into deviations of a path from the smoothed mean.
+
+    delta_t = gains_t delta_(t+1) + roots_t z_t, backwards from delta_T = roots_T z_T: writes
+    gains (T - 1, d, d) and roots (T, d, d).
+    """
+    T = filtered_cov.shape[0]
+    roots[T - 1] = semidefinite_root(filtered_cov[T - 1])
+    for t in range(T - 1):
         J = _gain(filtered_cov[t], F[t], predicted_cov[t + 1])
-        mean = filtered[t] + J @ (path[t + 1] - predicted[t + 1])
         P = filtered_cov[t] - J @ predicted_cov[t + 1] @ J.T
-        path[t] = mean + semidefinite_root(0.5 * (P + P.T)) @ z[t]
+        gains[t] = J
+        roots[t] = semidefinite_root(0.5 * (P + P.T))
+
+
+@numba.njit(cache=True)
+def spread(gains: FloatArray, roots: FloatArray, z: FloatArray, delta: FloatArray) -> None:
+    """Deviations delta (k, T, d) of k paths from standard normal numbers z (k, T, d)."""
+    k, T, d = z.shape
+    for i in range(k):
+        for t in range(T - 1, -1, -1):
+            for a in range(d):
+                s = 0.0
+                for b in range(a + 1):
+                    s += roots[t, a, b] * z[i, t, b]
+                if t < T - 1:
+                    for b in range(d):
+                        s += gains[t, a, b] * delta[i, t + 1, b]
+                delta[i, t, a] = s
+
+
+@numba.njit(cache=True)
+def gather(gains: FloatArray, roots: FloatArray, slope: FloatArray, out: FloatArray) -> None:
+    """The transpose of `spread`: derivatives by paths (k, T, d) to derivatives by z (k, T, d)."""
+    k, T, d = slope.shape
+    carried, following = np.empty(d), np.empty(d)
+    for i in range(k):
+        carried[:] = 0.0
+        for t in range(T):
+            for a in range(d):
+                following[a] = slope[i, t, a]
+                if t > 0:
+                    for b in range(d):
+                        following[a] += gains[t - 1, b, a] * carried[b]
+            carried[:] = following
+            for b in range(d):
+                s = 0.0
+                for a in range(b, d):
+                    s += roots[t, a, b] * carried[a]
+                out[i, t, b] = s
 
 
 @numba.njit(cache=True)

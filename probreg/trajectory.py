@@ -52,6 +52,33 @@ class Smoothed(NamedTuple):
     cross: FloatArray
 
 
+class Backward(NamedTuple):
+    """A Gaussian posterior of a path as an affine map of standard normal numbers.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (T, d)
+    gains : ndarray, shape (T - 1, d, d)
+    roots : ndarray, shape (T, d, d)
+    """
+
+    mean: FloatArray
+    gains: FloatArray
+    roots: FloatArray
+
+    def paths(self, z: FloatArray) -> FloatArray:
+        """Paths (k, T, d) of standard normal numbers (k, T, d)."""
+        delta = np.empty_like(z)
+        _kalman.spread(self.gains, self.roots, z, delta)
+        return self.mean + delta
+
+    def pull_back(self, slope: FloatArray) -> FloatArray:
+        """Derivatives by z (k, T, d) from derivatives by paths (k, T, d)."""
+        out = np.empty_like(slope)
+        _kalman.gather(self.gains, self.roots, np.ascontiguousarray(slope), out)
+        return out
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Scans y_t = H_t x_t + noise of a state that moves, x_(t+1) = F_t x_t + N(0, Q_t).
@@ -75,6 +102,8 @@ class Trajectory:
     present : ndarray of bool, shape (T, m), optional
         Components that were reported; by default all. The others must be zero in y and H and
         uncorrelated in R.
+    width : int, optional
+        Components of a row, on which a noise law acts as a whole; by default all m of a scan.
 
     Raises
     ------
@@ -92,6 +121,7 @@ class Trajectory:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     present: FloatArray | None = None
+    width: int = 0
 
     def __post_init__(self) -> None:
         y = finite_array("y", self.y, (None, None))
@@ -121,7 +151,11 @@ class Trajectory:
                     f"time goes back after scan {late[0]} ({time[late[0]]:g} to "
                     f"{time[late[0] + 1]:g} s); sort the scans first."
                 )
+        width = self.width or m
+        if m % width:
+            raise InvalidInputError(f"{m} components a scan are no whole rows of {width}.")
         fields = {"y": y, "H": H, "R": R, "F": F, "Q": Q, "names": names, "present": present}
+        object.__setattr__(self, "width", width)
         for name, value in fields.items():
             object.__setattr__(self, name, value)
         object.__setattr__(self, "units", tuple(self.units or ("",) * d))
@@ -158,7 +192,7 @@ class Trajectory:
         steps = [dynamics.step(p, float(dt)) for dt in np.diff(times)]
         F = np.array([step[0] for step in steps]).reshape(T - 1, p, p)
         Q = np.array([step[1] for step in steps]).reshape(T - 1, p, p)
-        return cls(y, H, R, F, Q, prior, times, problem.names, problem.units, present)
+        return cls(y, H, R, F, Q, prior, times, problem.names, problem.units, present, width)
 
     def __len__(self) -> int:
         return len(self.y)
@@ -201,13 +235,16 @@ class Trajectory:
         _kalman.run_smoother(np.ascontiguousarray(self.F), *known[:4], mean, covariance, cross)
         return Smoothed(mean, covariance, cross)
 
+    def backward(self, filtered: Filtered) -> Backward:
+        """The map from standard normal numbers to paths given all scans."""
+        F = np.ascontiguousarray(self.F)
+        gains, roots = np.empty_like(F), np.empty_like(filtered.covariance)
+        _kalman.backward_map(F, filtered.predicted_covariance, filtered.covariance, gains, roots)
+        return Backward(self.smooth(filtered).mean, gains, roots)
+
     def draw(
         self, rng: np.random.Generator, num_draws: int, filtered: Filtered | None = None
     ) -> FloatArray:
         """Simulation smoother: independent paths (num_draws, T, d) given all scans."""
-        known = self.filter() if filtered is None else filtered
-        T, d = known.mean.shape
-        paths, F = np.empty((num_draws, T, d)), np.ascontiguousarray(self.F)
-        for k in range(num_draws):
-            _kalman.draw_path(F, *known[:4], rng.standard_normal((T, d)), paths[k])
-        return paths
+        back = self.backward(self.filter() if filtered is None else filtered)
+        return back.paths(rng.standard_normal((num_draws, *back.mean.shape)))

@@ -202,9 +202,26 @@ def test_bad_input_is_refused():
 def test_compiled_code_is_the_same_code_in_plain_python(monkeypatch):
     model = make()
     quick = model.filter(), model.smooth(), model.draw(np.random.default_rng(1), 2)
-    for name in ("semidefinite_root", "_gain", "run_filter", "run_smoother", "draw_path"):
+    for name in (
+        "semidefinite_root",
+        "_gain",
+        "run_filter",
+        "run_smoother",
+        "backward_map",
+        "spread",
+    ):
         monkeypatch.setattr(_kalman, name, getattr(_kalman, name).py_func)
     slow = model.filter(), model.smooth(), model.draw(np.random.default_rng(1), 2)
     np.testing.assert_allclose(slow[0].mean, quick[0].mean, rtol=1e-10)
     np.testing.assert_allclose(slow[1].covariance, quick[1].covariance, rtol=1e-8)
     np.testing.assert_allclose(slow[2], quick[2], rtol=1e-8)
+
+
+def test_the_transposed_map_is_the_derivative():
+    model = make()
+    back = model.backward(model.filter())
+    rng = np.random.default_rng(5)
+    z, slope = rng.normal(size=(2, 3, 7, 3))
+    pulled = back.pull_back(slope)
+    along = ((back.paths(z) - back.mean) * slope).sum(axis=(1, 2))
+    np.testing.assert_allclose((pulled * z).sum(axis=(1, 2)), along, rtol=1e-10)

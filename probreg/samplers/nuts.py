@@ -92,7 +92,9 @@ class Nuts:
         for c, start in enumerate(starts):
             z = np.linalg.solve(root, start - laplace.mean)
             seed = int(rng.integers(2**31))
-            draws, bad, size = self._chain(as_torch(potential), z, num_draws, seed)
+            draws, bad, size = run_chain(
+                self, as_torch(potential), z, num_draws, seed, full_mass=True
+            )
             kept[c] = laplace.mean + draws @ root.T
             diverging[c, bad] = True
             sizes.append(size)
@@ -100,30 +102,32 @@ class Nuts:
         facts = {"warmup": self.warmup, "step_size": sizes}
         return Draws(posterior, posterior.natural(kept), stats, repr(self), 1.0, facts)
 
-    def _chain(
-        self, potential: Any, start: FloatArray, num_draws: int, seed: int
-    ) -> tuple[FloatArray, list[int], float]:
-        """One seeded chain: whitened draws (num_draws, d), diverging ones, step size."""
-        import torch
-        from pyro.infer.mcmc import MCMC, NUTS
 
-        with borrowed_torch(seed):
-            kernel = NUTS(
-                potential_fn=lambda state: potential(state["z"]),
-                full_mass=True,
-                target_accept_prob=self.target_accept,
-                max_tree_depth=self.max_tree_depth,
-            )
-            run = MCMC(
-                kernel,
-                num_samples=num_draws,
-                warmup_steps=self.warmup,
-                initial_params={"z": torch.tensor(start)},
-                num_chains=1,
-                disable_progbar=not self.progress,
-            )
-            run.run()
-            draws = run.get_samples()["z"].numpy()
-            found = run.diagnostics()["divergences"]["chain 0"]
-            # those of warm-up have negative numbers
-            return draws, [k for k in found if 0 <= k < num_draws], float(kernel.step_size)
+def run_chain(
+    settings: Nuts, potential: Any, start: FloatArray, num_draws: int, seed: int, *, full_mass: bool
+) -> tuple[FloatArray, list[int], float]:
+    """One seeded chain of a torch potential: draws (num_draws, d), diverging ones, step size."""
+    import torch
+    from pyro.infer.mcmc import MCMC, NUTS
+
+    with borrowed_torch(seed):
+        kernel = NUTS(
+            potential_fn=lambda state: potential(state["z"]),
+            full_mass=full_mass,
+            adapt_mass_matrix=full_mass,
+            target_accept_prob=settings.target_accept,
+            max_tree_depth=settings.max_tree_depth,
+        )
+        run = MCMC(
+            kernel,
+            num_samples=num_draws,
+            warmup_steps=settings.warmup,
+            initial_params={"z": torch.tensor(start)},
+            num_chains=1,
+            disable_progbar=not settings.progress,
+        )
+        run.run()
+        draws = run.get_samples()["z"].numpy()
+        found = run.diagnostics()["divergences"]["chain 0"]
+        # those of warm-up have negative numbers
+        return draws, [k for k in found if 0 <= k < num_draws], float(kernel.step_size)

@@ -1,0 +1,96 @@
+"""What a path sampler returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from probreg import arviz_adapter
+from probreg.arviz_adapter import Convergence
+from probreg.errors import InvalidInputError
+from probreg.path_posterior import PathPosterior
+from probreg.typing import FloatArray
+
+
+class PathSampler(Protocol):
+    """What studies and conformance tests ask of a sampler of paths."""
+
+    def sample(
+        self, posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
+    ) -> PathDraws:
+        """Draw whole paths."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathDraws:
+    """Draws of whole paths.
+
+    Attributes
+    ----------
+    posterior : PathPosterior
+    path : ndarray, shape (chain, draw, T, d)
+    stats : mapping of str to ndarray, shape (chain, draw)
+    sampler : str
+    facts : mapping
+        Of the run: acceptance, step.
+    """
+
+    posterior: PathPosterior
+    path: FloatArray
+    stats: Mapping[str, FloatArray]
+    sampler: str
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def mean(self) -> FloatArray:
+        """Posterior mean of the path, shape (T, d)."""
+        return self.path.mean(axis=(0, 1))
+
+    @property
+    def sd(self) -> FloatArray:
+        """Posterior standard deviations, shape (T, d)."""
+        return self.path.std(axis=(0, 1))
+
+    def interval(self, probability: float) -> FloatArray:
+        """Equal-tailed credible intervals, shape (T, d, 2)."""
+        if not 0.0 < probability < 1.0:
+            raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
+        tail = 0.5 * (1.0 - probability)
+        bounds = np.quantile(self.path, [tail, 1.0 - tail], axis=(0, 1))
+        return np.moveaxis(bounds, 0, -1)
+
+    @cached_property
+    def convergence(self) -> Convergence:
+        """R-hat, effective sample sizes, Monte-Carlo errors of every scan and state, (T * d,)."""
+        chains, draws = self.path.shape[:2]
+        return arviz_adapter.convergence(self.path.reshape(chains, draws, -1))
+
+    def to_arviz(self) -> Any:
+        """InferenceData (ArviZ before 1.0) or DataTree: "path" by time and state."""
+        time = self.posterior.trajectory.time
+        coords = {"state": list(self.posterior.names)}
+        if time is not None:
+            coords["time"] = list(time)
+        groups = {"posterior": {"path": self.path}}
+        if self.stats:
+            groups["sample_stats"] = dict(self.stats)
+        return arviz_adapter.inference_data(
+            groups, coords, {"path": ["time", "state"]}, {"sampler": self.sampler}
+        )
+
+
+def require_paths(
+    posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
+) -> None:
+    """Raise unless the numbers make sense."""
+    if not isinstance(posterior, PathPosterior):
+        raise InvalidInputError(f"takes a PathPosterior, not a {type(posterior).__name__}.")
+    if not isinstance(rng, np.random.Generator):
+        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
+    for name, value in (("num_draws", num_draws), ("num_chains", num_chains)):
+        if not isinstance(value, int | np.integer) or value < 1:
+            raise InvalidInputError(f"{name} is {value!r}; a whole number from 1 is needed.")
