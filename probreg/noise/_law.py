@@ -26,6 +26,7 @@ from probreg.typing import FloatArray, IntArray
 
 Size = int | FloatArray | IntArray
 WeightFunction = Callable[[float, float, FloatArray], float]
+KernelFunction = Callable[[Any, Any, Any], Any] | None
 _SIGNATURE = "float64(float64, float64, float64[::1])"
 
 
@@ -36,6 +37,12 @@ def compile_weight(function: WeightFunction) -> Any:
     Because that type is shared, a recursion that takes a weight is compiled once for all
     laws and kept on disk.
     """
+    return numba.cfunc(_SIGNATURE, cache=True)(function)
+
+
+@cache
+def compile_log_kernel(function: WeightFunction) -> Any:
+    """Compile a scalar log kernel g(d2, m, params) once, of the same type as the weights."""
     return numba.cfunc(_SIGNATURE, cache=True)(function)
 
 
@@ -82,15 +89,23 @@ class NoiseLaw(ABC):
     unit_name: ClassVar[str] = "scale"
     supports: ClassVar[Mapping[str, Support]] = {"scale": POSITIVE}
     weight_function: ClassVar[WeightFunction]
+    kernel_function: ClassVar[KernelFunction] = None
 
     scale: Any
     componentwise: bool
 
     # -- what a law defines ------------------------------------------------------------
 
-    @abstractmethod
     def log_kernel(self, d2: Any, m: Size) -> Any:
-        """Unnormalised log-density at unit scale; analytic in d2 between its corners."""
+        """Unnormalised log-density at unit scale; analytic in d2 between its corners.
+
+        Laws with a density give it as `kernel_function(d2, m, params)`, one expression that
+        serves arrays here and compiled loops elsewhere; the others overrule this.
+        """
+        kernel = type(self).kernel_function
+        if kernel is None:
+            raise NotImplementedError(f"{type(self).__name__} defines no log kernel.")
+        return kernel(d2, m, self.params or (0.0,))
 
     @property
     def params(self) -> tuple[Any, ...]:

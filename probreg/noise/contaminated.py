@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._law import KernelFunction, ScaleMixture, Size, WeightFunction, above_zero
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
 
@@ -19,6 +19,13 @@ def _weight(d2: float, m: float, params: FloatArray) -> float:
     # odds of the narrow component: no overflow at large d2, no cancellation at large scales
     odds = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
     return 1.0 if odds > 1e300 else (odds + precision) / (odds + 1.0)
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    wide = np.log(params[0]) - m * np.log(params[1]) - 0.5 * d2 / params[1] ** 2
+    narrow = np.log1p(-params[0]) - 0.5 * d2
+    top = np.maximum(wide, narrow)
+    return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
 
 
 @dataclass(frozen=True)
@@ -51,6 +58,7 @@ class Contaminated(ScaleMixture):
         "core_scale": POSITIVE,
     }
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, rate=self.rate, scale=self.scale, core_scale=self.core_scale)
@@ -74,13 +82,6 @@ class Contaminated(ScaleMixture):
     def corners(self) -> tuple[float, ...]:
         """Where the narrow and the wide component end."""
         return (4.0, 8.0 * float(self.scale))
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """Log of the two-component sum, without the (2 pi)^(m / 2)."""
-        wide = np.log(self.rate) - m * np.log(self.scale) - 0.5 * d2 / self.scale**2
-        narrow = np.log1p(-np.asarray(self.rate)) - 0.5 * d2
-        top = np.where(np.real(wide) > np.real(narrow), wide, narrow)
-        return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
 
     def parameter_slope(self, name: str, d2: FloatArray, m: Size) -> FloatArray:
         """Derivative by the rate or by the outliers' scale: through the odds of an outlier."""

@@ -7,12 +7,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._law import KernelFunction, ScaleMixture, Size, WeightFunction, above_zero
 from probreg.typing import FloatArray
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     return 1.0
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    return -0.5 * d2
 
 
 @dataclass(frozen=True)
@@ -32,13 +36,10 @@ class Gaussian(ScaleMixture):
     componentwise: bool = False
 
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, scale=self.scale)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-d^2 / 2."""
-        return -0.5 * d2
 
     def log_normalizer(self, m: int) -> float:
         """(m / 2) log 2 pi."""

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import gammainc, gammaincc, gammaln
 
 from probreg.noise._law import (
+    KernelFunction,
     NoiseLaw,
-    Size,
     WeightFunction,
     above_zero,
     on_sphere,
@@ -23,6 +23,12 @@ from probreg.typing import FloatArray
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     d = np.sqrt(d2)
     return 1.0 if d <= params[0] else params[0] / d
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    d = np.sqrt(d2)
+    inner = np.minimum(d, params[0])  # a parabola up to k, its tangent beyond
+    return -0.5 * inner**2 - params[0] * (d - inner)
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,7 @@ class Huber(NoiseLaw):
     scale: Any = 1.0
 
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, k=self.k, scale=self.scale)
@@ -61,11 +68,6 @@ class Huber(NoiseLaw):
     def corners(self) -> tuple[float, ...]:
         """The threshold."""
         return (float(self.k), 10.0 + float(self.k))
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-d^2 / 2 inside, -(k d - k^2 / 2) outside."""
-        outside = 0.5 * self.k**2 - self.k * np.sqrt(d2)
-        return np.where(np.real(d2) <= np.square(self.k), -0.5 * d2, outside)
 
     def _log_masses(self, m: int) -> tuple[Any, Any]:
         k = np.asarray(self.k, dtype=float)

@@ -10,6 +10,7 @@ from scipy.special import kve
 
 from probreg.errors import InvalidInputError
 from probreg.noise._law import (
+    KernelFunction,
     ScaleMixture,
     Size,
     WeightFunction,
@@ -24,6 +25,14 @@ from probreg.typing import FloatArray
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     smooth = np.sqrt(d2 + params[0] * params[0])
     return 1.0 if smooth <= params[1] else 1.0 / smooth
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    smooth = np.sqrt(d2 + params[0] ** 2)
+    if params[1] == 0.0:
+        return -smooth
+    inner = np.minimum(smooth, params[1])  # a parabola inside the piecewise bound
+    return -0.5 * (inner**2 - params[0] ** 2) - (smooth - inner)
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,7 @@ class Hyperbolic(ScaleMixture):
 
     kinked: ClassVar[bool] = True
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, mu=self.mu, scale=self.scale)
@@ -86,15 +96,6 @@ class Hyperbolic(ScaleMixture):
         if self.piecewise_at is not None:
             edges.add(float(np.sqrt(self.piecewise_at**2 - self.mu**2)))
         return tuple(edges)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-sqrt(d^2 + mu^2), continued by the parabola inside the piecewise bound."""
-        smooth = np.sqrt(d2 + np.asarray(self.mu) ** 2)
-        if self.piecewise_at is None:
-            return -smooth
-        bound = self.piecewise_at
-        outside = bound - 0.5 * (bound**2 - np.asarray(self.mu) ** 2) - smooth
-        return np.where(np.real(smooth) <= bound, -0.5 * d2, outside)
 
     def log_normalizer(self, m: int) -> Any:
         """Bessel function of order (m + 1) / 2; the piecewise form by quadrature."""

@@ -9,13 +9,17 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaln, digamma, gammaln
 
-from probreg.noise._law import ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._law import KernelFunction, ScaleMixture, Size, WeightFunction, above_zero
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     return (params[0] + m) / (params[0] + d2)
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    return -0.5 * (params[0] + m) * np.log1p(d2 / params[0])
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class StudentT(ScaleMixture):
     convex: ClassVar[bool] = False
     supports: ClassVar[Mapping[str, Support]] = {"nu": POSITIVE, "scale": POSITIVE}
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, nu=self.nu, scale=self.scale)
@@ -50,10 +55,6 @@ class StudentT(ScaleMixture):
     def params(self) -> tuple[Any, ...]:
         """(nu,)."""
         return (self.nu,)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-(nu + m) / 2 log(1 + d^2 / nu)."""
-        return -0.5 * (self.nu + m) * np.log1p(d2 / self.nu)
 
     def log_normalizer(self, m: int) -> Any:
         """Closed form of the multivariate t."""

@@ -14,6 +14,7 @@ import probreg.noise
 from probreg.discovery import public_classes
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
+from probreg.noise._law import _apply_fixed, compile_log_kernel
 
 # settings beside the defaults, so that every branch of a law is walked
 EXTRA = [Hyperbolic(0.5), Hyperbolic(1e-3, piecewise_at=1.345), Hyperbolic(0.3, piecewise_at=0.8)]
@@ -297,3 +298,14 @@ def test_slopes_by_parameters_are_finite_differences(law):
         free, eps = float(support.free(value)), 1e-6
         change = support.natural(free + eps) - support.natural(free - eps)
         assert support.slope(free) == pytest.approx(change / (2 * eps), rel=1e-6)
+
+
+@pytest.mark.parametrize("law", PROPER, ids=repr)
+@pytest.mark.parametrize("m", [1, 3])
+def test_the_compiled_log_kernel_is_the_same_expression(law, m):
+    kernel = compile_log_kernel(type(law).kernel_function)
+    params = np.array(law.params or (0.0,), dtype=float)
+    d2 = np.array([0.0, 0.3, 1.0, 4.0, 90.0, 1e4])
+    # the same loop that applies weights
+    found = _apply_fixed(kernel, d2, float(m), params)
+    np.testing.assert_allclose(found, law.log_kernel(d2, m), rtol=1e-12)
