@@ -204,6 +204,11 @@ class Trajectory:
         v = np.einsum("tij,tj->ti", root, self.y)
         return v, np.ascontiguousarray(root @ self.H), float(log_det.sum())
 
+    @cached_property
+    def filtered(self) -> Filtered:
+        """The Kalman filter under Gaussian noise, kept after the first call."""
+        return self.filter()
+
     def filter(self, weights: FloatArray | None = None) -> Filtered:
         """Kalman filter; `weights` (T, m) divide the variance of each whitened component."""
         v, A, log_det = self.whitened

@@ -33,7 +33,7 @@ ROOMS = [
     {"estimators", "arviz_adapter"},
     {"moves"},
     {"samplers"},
-    {"paths"},
+    {"paths", "tracking"},
     {"joint"},
     {"diagnostics"},
     {"report"},

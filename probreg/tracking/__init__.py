@@ -1,0 +1,21 @@
+"""Following a bias scan by scan."""
+
+from probreg.tracking._track import Track
+from probreg.tracking.scan_metropolis import ScanMetropolis
+from probreg.tracking.targets import (
+    AccumulatedMemory,
+    Flat,
+    GaussianMemory,
+    Literal,
+    ParticleMemory,
+)
+
+__all__ = [
+    "AccumulatedMemory",
+    "Flat",
+    "GaussianMemory",
+    "Literal",
+    "ParticleMemory",
+    "ScanMetropolis",
+    "Track",
+]

@@ -1,0 +1,63 @@
+"""What a scan's chain believes before it sees the scan."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from probreg.trajectory import Trajectory
+from probreg.typing import FloatArray
+
+
+class ScanPrior(NamedTuple):
+    """Gaussians of one covariance about equally likely centres; flat without a centre.
+
+    Attributes
+    ----------
+    centres : ndarray, shape (k, d)
+    root : ndarray, shape (d, d)
+        Whitening root of the common covariance.
+    """
+
+    centres: FloatArray
+    root: FloatArray
+
+
+class Memory(NamedTuple):
+    """What is carried from one scan to the next.
+
+    Attributes
+    ----------
+    draws : ndarray, shape (n, d), or None
+        Of the last scan after burn-in; None before the first.
+    """
+
+    draws: FloatArray | None
+
+
+class ScanTarget(Protocol):
+    """How a tracker uses the past."""
+
+    @property
+    def sign(self) -> float:
+        """1, or -1 to turn the rows' density upside down."""
+
+    def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
+        """What is believed before scan number `scan`."""
+
+
+def flat(d: int) -> ScanPrior:
+    """No belief at all."""
+    return ScanPrior(np.empty((0, d)), np.eye(d))
+
+
+def gaussian(mean: FloatArray, covariance: FloatArray) -> ScanPrior:
+    """One Gaussian."""
+    root = np.linalg.inv(np.linalg.cholesky(covariance))
+    return ScanPrior(np.atleast_2d(mean), root)
+
+
+def moments(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of draws (n, d)."""
+    return draws.mean(axis=0), np.atleast_2d(np.cov(draws.T))

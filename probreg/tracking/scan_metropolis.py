@@ -1,0 +1,158 @@
+"""The per-scan Metropolis-Hastings tracker of the MH paper, and what makes it right."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.noise import Gaussian, NoiseLaw
+from probreg.noise._law import compile_log_kernel, require_law
+from probreg.tracking._scan_chain import run_scan
+from probreg.tracking._target import Memory, ScanTarget
+from probreg.tracking._track import Track
+from probreg.tracking.targets import Flat
+from probreg.trajectory import Trajectory
+from probreg.typing import FloatArray
+from probreg.validation import finite_array, positive_number
+
+
+@dataclass(frozen=True, eq=False)
+class ScanMetropolis:
+    """A Metropolis-Hastings chain within each scan, started where the last one ended.
+
+    With probability `share_global` a proposal is uniform over the box, else a Gaussian step.
+    Both are symmetric, so acceptance needs no other ratio; proposals outside the box are
+    rejected. The paper's protocol is
+    `ScanMetropolis(Flat(), steps=50, burn_in=0, step=20.0, gamma=10.0, estimate="last")`.
+
+    Parameters
+    ----------
+    target : ScanTarget
+        What a scan takes over from those before: `Flat`, `GaussianMemory`, `ParticleMemory`,
+        `AccumulatedMemory`; `Literal` shows the paper's printed density.
+    noise : NoiseLaw
+    steps, burn_in : int
+        Proposals a scan, and how many of the first states are left out.
+    step : float or ndarray, shape (d,), optional
+        Standard deviation of a local step; by default 2.38 / sqrt(d) posterior standard
+        deviations of one scan with what it takes over.
+    share_global : float
+        beta, in [0, 1].
+    gamma : float
+        Sharpening exponent; other than 1 the draws are not from the posterior.
+    box : float or ndarray, shape (d, 2)
+        Bounds of the bias.
+    start : ndarray, shape (d,), optional
+        First state; by default the prior's mean.
+    estimate : {"mean", "last"}
+        Chain mean after burn-in, or the paper's last state.
+
+    Raises
+    ------
+    InvalidInputError
+        Settings out of range.
+    ImproperLawError
+        The law has no density.
+
+    References
+    ----------
+    Zhou, Liang and Pan, Systems Engineering and Electronics 34(3), 2012, section 3.
+    """
+
+    target: ScanTarget = field(default_factory=Flat)
+    noise: NoiseLaw = field(default_factory=Gaussian)
+    steps: int = 1000
+    burn_in: int = 200
+    step: FloatArray | float | None = None
+    share_global: float = 0.1
+    gamma: float = 1.0
+    box: FloatArray | float = 2_000.0
+    start: FloatArray | None = None
+    estimate: Literal["mean", "last"] = "mean"
+
+    def __post_init__(self) -> None:
+        require_law(self.noise)
+        if not self.noise.proper:
+            raise ImproperLawError(f"{type(self.noise).__name__} has no density to sample.")
+        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
+            raise InvalidInputError("a tracker takes one number a law parameter, not an array.")
+        positive_number("gamma", self.gamma)
+        if not 0 <= self.burn_in < self.steps:
+            raise InvalidInputError(
+                f"steps {self.steps} must be above burn_in {self.burn_in}, which is zero or more."
+            )
+        if not 0.0 <= self.share_global <= 1.0:
+            raise InvalidInputError(f"share_global is {self.share_global}, not in [0, 1].")
+        if self.estimate not in ("mean", "last"):
+            raise InvalidInputError(f"estimate is {self.estimate!r}; 'mean' or 'last'.")
+
+    def track(self, model: Trajectory, rng: np.random.Generator) -> Track:
+        """Follow a bias through all scans.
+
+        Parameters
+        ----------
+        model : Trajectory
+        rng : numpy.random.Generator
+
+        Returns
+        -------
+        Track
+            `draws` of every scan after burn-in; `outside` counts the scans whose draws reach
+            within a hundredth of the box from its edge: widen it.
+        """
+        T, d = len(model), len(model.names)
+        v, A, _ = model.whitened
+        assert model.present is not None
+        width = 1 if self.noise.componentwise else model.width
+        box = self._box(d)
+        x = (model.prior.mean if self.start is None else np.asarray(self.start)).astype(float)
+        x = finite_array("start", x, (d,)).copy()
+        kernel = compile_log_kernel(type(self.noise).kernel_function)
+        params = np.array(self.noise.params or (0.0,), dtype=float)
+        draws = np.empty((T, self.steps, d))
+        members = np.zeros(self.steps, dtype=np.int64)
+        accepted, memory = np.zeros(T), Memory(None)
+        last = np.empty((T, d))
+        for t in range(T):
+            prior = self.target.prior(model, t, memory)
+            seen = np.repeat(model.present[t].reshape(-1, width).any(axis=1), width)
+            rows, slopes = np.ascontiguousarray(v[t][seen]), np.ascontiguousarray(A[t][seen])
+            taken = run_scan(
+                rng, rows, slopes, width, kernel, params, float(self.noise.unit),
+                self.target.sign, np.ascontiguousarray(prior.centres), prior.root, box,
+                self.share_global, self._steps(slopes, prior.root, len(prior.centres)),
+                self.gamma, x, 0, draws[t], members,
+            )  # fmt: skip
+            accepted[t], last[t] = taken / self.steps, x
+            memory = Memory(draws[t, self.burn_in :])
+        kept = draws[:, self.burn_in :]
+        mean = kept.mean(axis=1) if self.estimate == "mean" else last
+        margin = 0.01 * (box[:, 1] - box[:, 0])
+        near = (kept < box[:, 0] + margin) | (kept > box[:, 1] - margin)
+        outside = int(near.any(axis=(1, 2)).sum())
+        facts = {"acceptance": accepted, "at_edge": outside}
+        return Track(model.names, mean, kept, self.gamma, facts)
+
+    def _box(self, d: int) -> FloatArray:
+        box = np.asarray(self.box, dtype=float)
+        if box.ndim == 0:
+            positive_number("box", float(box))
+            return np.tile([-float(box), float(box)], (d, 1))
+        if box.shape != (d, 2) or not np.all(box[:, 0] < box[:, 1]):
+            raise InvalidInputError(f"box must be a number or ({d}, 2), lower below upper.")
+        return box
+
+    def _steps(self, slopes: FloatArray, root: FloatArray, centres: int) -> FloatArray:
+        """Step lengths (d,): given, or from the curvature of one scan and what it takes over."""
+        d = slopes.shape[1]
+        if self.step is not None:
+            return np.broadcast_to(np.asarray(self.step, dtype=float), (d,)).copy()
+        width = 1 if self.noise.componentwise else len(slopes)
+        precision = self.noise.information_factor(max(width, 1)) * slopes.T @ slopes
+        if centres:
+            precision = precision + root.T @ root
+        sd = np.sqrt(np.diag(np.linalg.pinv(precision)))
+        return 2.38 / np.sqrt(d * self.gamma) * sd
