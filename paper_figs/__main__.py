@@ -15,7 +15,14 @@ from experiments.results import ROOT
 from experiments.study import StudyError, nearest
 from paper_figs.style import OUT, look
 
-COMMON = ("ralad_common", "lts_common", "passive_common", "rrtls_common", "bayes_common")
+COMMON = (
+    "ralad_common",
+    "lts_common",
+    "passive_common",
+    "rrtls_common",
+    "bayes_common",
+    "mh_common",
+)
 HELPERS = ("style", "tables", *COMMON, "__main__")
 
 

@@ -14,7 +14,13 @@ from probreg.observability import Observability, observe
 from probreg.problem import RegistrationProblem, bias_scale
 from probreg.reports import BearingReports
 from probreg.typing import FloatArray, IntArray
-from probreg.validation import LARGE_ANGLE_SIGMA, angle_sigma, finite_array, refuse_degrees
+from probreg.validation import (
+    LARGE_ANGLE_SIGMA,
+    angle_sigma,
+    finite_array,
+    positive_number,
+    refuse_degrees,
+)
 
 PARALLAX = 3.0  # standard deviations by which the lines of sight must turn to give a distance
 _SPREAD_OUT = 0.9  # resultant of doubled angles below which the lines plainly cross
@@ -107,7 +113,7 @@ class BearingProblem:
         if n == 0:
             raise InvalidInputError("there is no bearing.")
         refuse_degrees("bearing", bearing, 2.0 * np.pi)
-        sigma = finite_array("sigma", np.broadcast_to(self.sigma, n), (n,))
+        sigma = _each("sigma", self.sigma, n)
         for value in (sigma.min(), sigma.max()):
             angle_sigma("sigma", float(value))
         object.__setattr__(self, "bearing", bearing)
@@ -193,13 +199,16 @@ class BearingProblem:
     def part(self, chosen: slice | IntArray) -> BearingProblem:
         """The problem of some of the bearings."""
         time = None if self.time is None else self.time[chosen]
-        bearing, own = self.bearing[chosen], self.own_position[chosen]
+        # wrapped: a few bearings of a recording unwrapped across 2 pi must not look like degrees
+        bearing, own = geometry.wrap_angle(self.bearing[chosen]), self.own_position[chosen]
         return replace(self, bearing=bearing, own_position=own, sigma=self.sigma[chosen], time=time)
 
     def shifted(self, row: int, component: int, by: float) -> BearingProblem:
         """The same problem with one bearing moved by `by` radians; `component` must be 0."""
         bearing = self.bearing.copy()
-        bearing[row] += (by, *())[component]
+        if component != 0:
+            raise IndexError("a bearing has one component, number 0.")
+        bearing[row] += by
         return replace(self, bearing=bearing)
 
     def angle_left(self, theta: FloatArray) -> FloatArray:
@@ -284,7 +293,8 @@ class BearingProblem:
             )
         H, Z = self.line_equations()
         n = len(self)
-        spread = finite_array("spread", np.broadcast_to(spread, n), (n,))
+        spread = _each("spread", spread, n)
+        positive_number("spread", float(spread.min()))
         return RegistrationProblem(
             Z[:, None],
             H[:, None, :],
@@ -402,3 +412,10 @@ class BearingProblem:
         pair = pair[crossing]
         places.append(np.linalg.solve(H[pair], Z[pair][..., None])[..., 0])
         return np.concatenate(places)
+
+
+def _each(name: str, value: FloatArray | float, n: int) -> FloatArray:
+    """One number for all bearings, or one each, as an array (n,)."""
+    if np.ndim(value) == 0:
+        value = np.full(n, value)
+    return finite_array(name, value, (n,))

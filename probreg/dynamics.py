@@ -46,7 +46,7 @@ class RandomWalk:
     rate: FloatArray
 
     def __post_init__(self) -> None:
-        rate = np.asarray(self.rate, dtype=float)
+        rate = np.atleast_1d(np.asarray(self.rate, dtype=float))
         shape = (None,) if rate.ndim == 1 else (rate.shape[0], rate.shape[0])
         rate = finite_array("rate of RandomWalk", rate, shape)
         if rate.ndim == 1:

@@ -68,7 +68,7 @@ class PathPosterior:
             )
         v, A, _ = self.trajectory.whitened
         left = v - np.einsum("tmd,...td->...tm", A, path)
-        return left.reshape(*path.shape[:-2], -1, self.trajectory.width)
+        return left.reshape(*path.shape[:-2], -1, self._width)
 
     def log_likelihood(self, path: FloatArray) -> FloatArray:
         """Log-density of each reported row, shape (..., n), whitened coordinates."""
@@ -107,8 +107,8 @@ class PathPosterior:
         """
         if isinstance(self.noise, Gaussian):
             return self.mode_weights
-        width = 1 if self.noise.componentwise else self.trajectory.width
-        return np.minimum(self.mode_weights, 0.5 * self.noise.information_factor(width))
+        cap = 0.5 * self.noise.information_factor(self._width)
+        return np.minimum(self.mode_weights, cap)
 
     @cached_property
     def reference(self) -> Backward:
@@ -133,11 +133,16 @@ class PathPosterior:
         value = self.log_ratio(path) - 0.5 * np.einsum("ktd,ktd->k", z, z)
         return value, self.reference.pull_back(slope) - z
 
+    @property
+    def _width(self) -> int:
+        """Components of a row; for component-wise laws every component is one."""
+        return 1 if self.noise.componentwise else self.trajectory.width
+
     @cached_property
     def row_sizes(self) -> IntArray:
         """Reported components of each row, shape (T * rows,)."""
         assert self.trajectory.present is not None
-        flat = self.trajectory.present.reshape(-1, self.trajectory.width)
+        flat = self.trajectory.present.reshape(-1, self._width)
         return flat.sum(axis=1).astype(int)
 
     @cached_property

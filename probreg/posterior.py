@@ -12,7 +12,7 @@ from scipy import linalg
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import NoiseLaw
-from probreg.prior import NoiseParameter
+from probreg.prior import GaussianPrior, NoiseParameter
 from probreg.problem import Rows
 from probreg.reweighting import Mode, Reweighted, per_component
 from probreg.typing import BoolArray, FloatArray, IntArray
@@ -76,7 +76,16 @@ class Posterior(Reweighted):
     box: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.noise_prior, NoiseParameter):
+            object.__setattr__(self, "noise_prior", (self.noise_prior,))
+        if self.prior is not None and not isinstance(self.prior, GaussianPrior):
+            raise InvalidInputError(f"prior is {self.prior!r}; a GaussianPrior is needed.")
         super().__post_init__()
+        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
+            raise InvalidInputError(
+                "a posterior has one number a law parameter, not an array; unknown ones go into "
+                "noise_prior."
+            )
         names = [parameter.name for parameter in self.noise_prior]
         if len(set(names)) != len(names):
             raise InvalidInputError(f"a noise parameter has two priors: {names}.")
@@ -202,9 +211,14 @@ class Posterior(Reweighted):
 
     def log_prob_and_grad(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`log_prob` and its gradient, the residuals computed once."""
+        value, gradient = self.likelihood_and_grad(x)
+        return value + self.log_prior(x), gradient + self.grad_log_prior(x)
+
+    def likelihood_and_grad(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sum of the rows' log-densities, shape (...), and its gradient (..., d)."""
         x = self._check(x)
         theta, law = x[..., : self.dim_theta], self.law(x)
-        value, gradient = self.log_prior(x), self.grad_log_prior(x)
+        value, gradient = np.full(x.shape[:-1], -0.5 * self._log_det), np.zeros(x.shape)
         for rows in self._row_blocks(value.size):
             v, size = rows.residual(theta), _sizes(rows)
             value = value + law.log_density(v, size).sum(axis=-1)
@@ -213,7 +227,7 @@ class Posterior(Reweighted):
             for k, parameter in enumerate(self.noise_prior, self.dim_theta):
                 slope = law.log_density_slope(parameter.name, v, size).sum(axis=-1)
                 gradient[..., k] += slope * self.noise.supports[parameter.name].slope(x[..., k])
-        return value - 0.5 * self._log_det, gradient
+        return value, gradient
 
     def to_pyro(self) -> Callable[[], None]:
         """The same model as an ordinary Pyro model, to be extended there.

@@ -70,11 +70,7 @@ def pyro_model(posterior: Posterior) -> Callable[[], None]:
     import torch
     from pyro import distributions as dist
 
-    def likelihood(x: FloatArray) -> tuple[Any, FloatArray]:
-        value, gradient = posterior.log_prob_and_grad(x)
-        return value - posterior.log_prior(x), gradient - posterior.grad_log_prior(x)
-
-    rows = as_torch(likelihood)
+    rows = as_torch(posterior.likelihood_and_grad)
     p = posterior.dim_theta
     if posterior.prior is None:
         prior: Any = dist.ImproperUniform(dist.constraints.real_vector, (), (p,))

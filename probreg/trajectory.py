@@ -100,8 +100,8 @@ class Trajectory:
     names, units : tuple of str
         Of the d states.
     present : ndarray of bool, shape (T, m), optional
-        Components that were reported; by default all. The others must be zero in y and H and
-        uncorrelated in R.
+        Components that were reported; by default all. What y, H and R hold for the others does
+        not count.
     width : int, optional
         Components of a row, on which a noise law acts as a whole; by default all m of a scan.
 
@@ -131,18 +131,21 @@ class Trajectory:
         H = finite_array("H", self.H, (T, m, None))
         d = H.shape[2]
         R = positive_definite("R", finite_array("R", self.R, (T, m, m)))
-        F = finite_array("F", np.broadcast_to(self.F, (T - 1, d, d)), (T - 1, d, d))
-        Q = finite_array("Q", np.broadcast_to(self.Q, (T - 1, d, d)), (T - 1, d, d))
+        F, Q = (_steps(name, value, T, d) for name, value in (("F", self.F), ("Q", self.Q)))
         for k in range(T - 1):
             if k == 0 or (Q[k] != Q[k - 1]).any():
                 semidefinite(f"Q[{k}]", Q[k])
         names = tuple(self.names or (f"state[{k}]" for k in range(d)))
         if len(names) != d:
             raise InvalidInputError(f"{d} states need {d} names; got {names}.")
+        if not isinstance(self.prior, GaussianPrior):
+            raise InvalidInputError("a trajectory needs a GaussianPrior of its first state.")
         self.prior.check(names)
-        present = np.ones((T, m)) if self.present is None else np.asarray(self.present, dtype=float)
+        present = np.ones((T, m)) if self.present is None else np.asarray(self.present)
         if present.shape != (T, m):
             raise InvalidInputError(f"present has shape {present.shape}; ({T}, {m}) is needed.")
+        present = present.astype(bool).astype(float)
+        y, H, R = y * present, H * present[..., None], _marginal(R, present)
         if self.time is not None:
             time = finite_array("time", self.time, (T,))
             late = np.flatnonzero(np.diff(time) < 0.0)
@@ -173,6 +176,10 @@ class Trajectory:
         InvalidInputError
             The problem has no times.
         """
+        if not isinstance(problem, RegistrationProblem):
+            raise InvalidInputError(
+                f"takes a linear RegistrationProblem, not a {type(problem).__name__}: linearise it."
+            )
         if problem.time is None:
             raise InvalidInputError("a bias that drifts needs the times of the rows.")
         assert problem.size is not None
@@ -253,3 +260,23 @@ class Trajectory:
         """Simulation smoother: independent paths (num_draws, T, d) given all scans."""
         back = self.backward(self.filter() if filtered is None else filtered)
         return back.paths(rng.standard_normal((num_draws, *back.mean.shape)))
+
+
+def _steps(name: str, value: FloatArray, T: int, d: int) -> FloatArray:
+    """Steps (T - 1, d, d), from one for all or one each."""
+    try:
+        full = np.broadcast_to(value, (T - 1, d, d))
+    except ValueError:
+        raise InvalidInputError(
+            f"{name} has shape {np.shape(value)}; ({T - 1}, {d}, {d}) or ({d}, {d}) is needed."
+        ) from None
+    return finite_array(name, full, (T - 1, d, d))
+
+
+def _marginal(R: FloatArray, present: FloatArray) -> FloatArray:
+    """R of the components present; the others uncorrelated, of unit variance."""
+    both = present[:, :, None] * present[:, None, :]
+    marginal: FloatArray = R * both
+    at = np.arange(R.shape[1])
+    marginal[:, at, at] += 1.0 - present
+    return marginal

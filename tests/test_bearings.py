@@ -166,6 +166,16 @@ def test_a_shifted_report_moves_one_residual():
         p.shifted(7, 1, 0.01)
 
 
+def test_bearings_unwrapped_across_a_turn_are_taken_in_parts_too():
+    own = straight(60, heading=0.0, start=(-9e3, 0.0))
+    away = np.array([0.0, -7e3]) - own
+    turns = np.where(np.arange(60) < 12, 4.0 * np.pi, 0.0)  # beyond 2 pi in a fifth of them
+    bearing = np.arctan2(away[:, 1], away[:, 0]) + turns
+    p = BearingProblem(bearing, own, 1e-3)
+    found = ExtendedKalman(reuse_start=True).estimate(p)
+    assert np.linalg.norm(found.theta - [0.0, -7e3]) < 5.0
+
+
 # -- bad input ---------------------------------------------------------------------------
 
 TAKERS = [
@@ -247,6 +257,10 @@ def test_bad_arrays_are_refused():
         BearingProblem(good, own, 5.0)
     with pytest.raises(InvalidInputError, match="own_position has shape"):
         BearingProblem(good, own[:-1], 1e-3)
+    with pytest.raises(InvalidInputError, match="sigma has shape"):
+        BearingProblem(good, own, np.full(2, 1e-3))
+    with pytest.raises(InvalidInputError, match="spread"):
+        BearingProblem(good, own, 1e-3).lines(-5.0)
     with pytest.raises(InvalidInputError, match="no bearing"):
         BearingProblem(good[:0], own[:0], 1e-3)
     with pytest.raises(InvalidInputError, match="sigma"):

@@ -195,6 +195,9 @@ def test_bad_input_is_refused():
     y[1, 0] = np.nan
     with pytest.raises(InvalidInputError, match=r"y\[1, 0\] is nan"):
         dataclasses.replace(model, y=y)
+    with pytest.raises(InvalidInputError, match=r"Q has shape \(2, 2\)"):
+        dataclasses.replace(model, Q=np.eye(2))
+    assert RandomWalk(2.0).step(1, 3.0)[1] == 6.0
     with pytest.raises(InvalidInputError, match="present has shape"):
         dataclasses.replace(model, present=np.ones((7, 3)))
 

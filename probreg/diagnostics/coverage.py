@@ -67,6 +67,16 @@ def coverage(intervals: FloatArray, truth: FloatArray, nominal: float) -> list[C
         raise InvalidInputError(
             f"intervals have shape {intervals.shape}; (replicates, d, 2), all finite, is needed."
         )
+    if not 0.0 < nominal < 1.0:
+        raise InvalidInputError(f"nominal is {nominal}; it must lie in (0, 1).")
+    truth = np.asarray(truth, dtype=float)
+    if truth.shape not in (intervals.shape[:2], intervals.shape[1:2]):
+        raise InvalidInputError(
+            f"truth has shape {truth.shape}; {intervals.shape[1:2]} or {intervals.shape[:2]} is "
+            "needed."
+        )
+    if not np.isfinite(truth).all():
+        raise InvalidInputError("a truth is not finite: it can be in no interval.")
     truth = np.broadcast_to(truth, intervals.shape[:2])
     held: BoolArray = (intervals[..., 0] <= truth) & (truth <= intervals[..., 1])
     return [Coverage(int(column.sum()), len(column), nominal) for column in held.T]
@@ -74,6 +84,8 @@ def coverage(intervals: FloatArray, truth: FloatArray, nominal: float) -> list[C
 
 def normal_interval(estimate: FloatArray, covariance: FloatArray, probability: float) -> FloatArray:
     """Interval (d, 2) that an estimate and its claimed covariance give, as if Gaussian."""
+    if not 0.0 < probability < 1.0:
+        raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
     half = float(ndtri(0.5 + 0.5 * probability)) * np.sqrt(np.diag(covariance))
     return np.stack([estimate - half, estimate + half], axis=1)
 

@@ -53,7 +53,7 @@ def empirical_influence(
         return estimator.estimate(moved, prior, rng).theta
 
     base = fit(problem)
-    return np.array([fit(problem.shifted(row, component, float(by))) - base for by in shifts])
+    return np.array([fit(_moved(problem, row, component, float(by))) - base for by in shifts])
 
 
 def m_influence(
@@ -87,7 +87,7 @@ def m_influence(
     _require_row(linear, row)
     rows = linear.whitened()
     # the whitened image of a unit move
-    moved = linear.shifted(row, component, 1.0).whitened().v[row] - rows.v[row]
+    moved = _moved(linear, row, component, 1.0).whitened().v[row] - rows.v[row]
     v = shifts[:, None] * moved
     weight = noise.weight(v, int(rows.size[row]))
     psi = v * (weight if weight.ndim == 2 else weight[:, None])
@@ -118,6 +118,18 @@ def mean_curvature(noise: NoiseLaw, m: int) -> float:
         quad(integrand, a, b, epsrel=1e-10, limit=200)[0] for a, b in itertools.pairwise(edges)
     )
     return float(total) / size
+
+
+def _moved(problem: Any, row: int, component: int, by: float) -> Any:
+    """The problem with one component moved, or an error that says there is none."""
+    size = getattr(problem, "size", None) if problem.linear else None
+    known = component >= 0 and (size is None or component < size[row])
+    try:
+        if known:
+            return problem.shifted(row, component, by)
+    except IndexError:
+        pass
+    raise InvalidInputError(f"row {row} has no component {component}; they count from 0.")
 
 
 def _require_row(problem: Any, row: int) -> None:

@@ -40,7 +40,7 @@ class Quantity(Protocol):
 
 def log_likelihood(posterior: Posterior, x: FloatArray) -> FloatArray:
     """The log-likelihood: it sees errors that no single unknown shows (Modrak et al. 2023)."""
-    return posterior.log_prob(x) - posterior.log_prior(x)
+    return posterior.likelihood_and_grad(x)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +213,8 @@ def calibrate(
     -------
     Ranks
     """
+    if replicates < 1 or keep < 1:
+        raise InvalidInputError(f"replicates {replicates} and keep {keep} must be 1 or more.")
     found = []
     names: tuple[str, ...] = ()
     for _ in range(replicates):

@@ -12,6 +12,7 @@ from probreg.errors import InvalidInputError
 from probreg.estimators import _total
 from probreg.estimators._bearings import require_bearings
 from probreg.estimators._estimate import Estimate, Estimator
+from probreg.estimators._recursion import require_scalar_law
 from probreg.estimators._subsets import refuse_prior
 from probreg.noise import Gaussian, NoiseLaw
 from probreg.prior import GaussianPrior
@@ -47,6 +48,7 @@ class TotalLeastSquares:
     takes_prior: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        require_scalar_law(self.noise)
         if self.max_iterations < 1:
             raise InvalidInputError(f"max_iterations is {self.max_iterations}; 1 is the least.")
 

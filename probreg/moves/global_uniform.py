@@ -46,9 +46,10 @@ class GlobalUniform:
         mode, sd = posterior.laplace.mean, np.sqrt(np.diag(posterior.laplace.covariance))
         if self.box is not None:
             box = np.asarray(self.box, dtype=float)
-            if box.shape != (posterior.dim, 2) or not np.all(box[:, 0] < box[:, 1]):
+            fits = box.shape == (posterior.dim, 2) and bool(np.isfinite(box).all())
+            if not fits or not np.all(box[:, 0] < box[:, 1]):
                 raise InvalidInputError(
-                    f"box of GlobalUniform must be ({posterior.dim}, 2), lower below upper."
+                    f"box of GlobalUniform must be ({posterior.dim}, 2), finite, lower below upper."
                 )
         else:
             box = np.stack([mode - 10.0 * sd, mode + 10.0 * sd], axis=1)

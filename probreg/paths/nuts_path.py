@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from probreg.arviz_adapter import MIN_DRAWS
+from probreg.errors import InvalidInputError
 from probreg.path_posterior import PathPosterior
 from probreg.paths._draws import PathDraws, require_paths
 from probreg.samplers.nuts import Nuts, run_chain
@@ -46,6 +48,8 @@ class NutsPath:
             `stats` has "diverging".
         """
         require_paths(posterior, num_draws, num_chains, rng)
+        if num_draws < MIN_DRAWS:
+            raise InvalidInputError(f"NutsPath needs at least {MIN_DRAWS} draws a chain.")
 
         def potential(flat: FloatArray) -> tuple[float, FloatArray]:
             value, slope = posterior.log_prob_and_grad(flat.reshape(1, *posterior.shape))

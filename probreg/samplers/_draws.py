@@ -138,6 +138,10 @@ class Draws:
                 sd = float(np.sqrt(prior.covariance[k, k]))
                 unit = posterior.units[k]
                 said.append(f"{name}: normal {prior.mean[k]:.4g} +- {sd:.4g} {unit}".rstrip())
+        if posterior.box is not None:
+            for name, (low, high) in zip(posterior.problem.names, posterior.box, strict=True):
+                if np.isfinite(low) or np.isfinite(high):
+                    said.append(f"{name}: cut to {low:.4g} .. {high:.4g}")
         said += [
             f"noise.{p.name}: median {p.median:g}, spread {p.spread:g} (free coordinate)"
             for p in posterior.noise_prior
@@ -213,14 +217,16 @@ class Draws:
     ) -> FloatArray:
         """Whitened rows as they would be reported again, about the same origin as `observed`."""
         chains, draws, _ = x.shape
-        out = np.empty((chains, draws, *observed.shape))
-        real = np.arange(observed.shape[1]) < self.posterior.rows.size[:, None]
+        out = np.zeros((chains, draws, *observed.shape))
+        sizes = self.posterior.rows.size
         for c in range(chains):
             for k in range(draws):
                 theta = x[c, k, : self.posterior.dim_theta]
                 shift = observed - self.posterior.rows.residual(theta)
-                noise = self.posterior.law(x[c, k]).sample(rng, *observed.shape)
-                out[c, k] = np.where(real, shift + noise, 0.0)
+                law = self.posterior.law(x[c, k])
+                for m in np.unique(sizes):  # some laws depend on the dimension of a row
+                    own = sizes == m
+                    out[c, k, own, :m] = shift[own, :m] + law.sample(rng, int(own.sum()), int(m))
         return out
 
     def __str__(self) -> str:

@@ -95,7 +95,7 @@ class Gibbs:
             state, accepted[k] = sweep.draw(state, rng)
             rates.append(rate)
             kept[k], height[k] = state
-        if sweep.direct and not posterior.noise_prior:
+        if sweep.direct:
             height = posterior.log_prob(kept)
         facts: dict[str, float] = {"warmup": self.warmup}
         if posterior.noise_prior:

@@ -84,7 +84,8 @@ class MetropolisHastings:
                 posterior, proposals, steps, x, log_prob, rng
             )
             kept[k], height[k] = x, log_prob
-        names = [type(move).__name__ for move in self.moves]
+        kinds = [type(move).__name__ for move in self.moves]
+        names = [kind if kinds.count(kind) == 1 else f"{kind}[{k}]" for k, kind in enumerate(kinds)]
         facts = {
             "acceptance": {n: _rate(taken[chosen == k]) for k, n in enumerate(names)},
             "step": dict(zip(names, steps.tolist(), strict=True)),

@@ -245,7 +245,7 @@ def test_comparisons_refuse_what_they_cannot_compare():
     problem = Family(Gaussian())(np.random.default_rng(1)).posterior.problem
     other = Family(Gaussian(), n=31)(np.random.default_rng(1)).posterior.problem
     one, two = draws_under(Gaussian(), problem), draws_under(Gaussian(), other)
-    with pytest.raises(InvalidInputError, match="different numbers of rows"):
+    with pytest.raises(InvalidInputError, match="have different rows"):
         compare_laws({"a": one, "b": two})
     with pytest.raises(InvalidInputError, match="at least two"):
         compare_laws({"a": one})
@@ -254,3 +254,23 @@ def test_comparisons_refuse_what_they_cannot_compare():
     sharp = MetropolisHastings(gamma=2.0).sample(one.posterior, 20, 4, np.random.default_rng(1))
     with pytest.raises(InvalidInputError, match="not from the posterior"):
         leave_one_out(sharp)
+
+
+def test_the_same_rows_in_other_units_are_not_the_same():
+    problem = Family(Gaussian())(np.random.default_rng(1)).posterior.problem
+    km = RegistrationProblem(problem.y / 1e3, problem.B / 1e3, problem.R / 1e6)
+    with pytest.raises(InvalidInputError, match="of other units"):
+        compare_laws({"m": draws_under(StudentT(), problem), "km": draws_under(Gaussian(), km)})
+
+
+def test_empty_or_impossible_studies_are_refused():
+    with pytest.raises(InvalidInputError, match="must be 1 or more"):
+        calibrate(Family(Gaussian()), Exact(), 0, np.random.default_rng(1))
+    with pytest.raises(InvalidInputError, match="nominal is 90"):
+        coverage(np.zeros((3, 2, 2)), np.zeros(2), 90)
+    with pytest.raises(InvalidInputError, match="truth has shape"):
+        coverage(np.zeros((3, 2, 2)), np.zeros(3), 0.9)
+    with pytest.raises(InvalidInputError, match="truth is not finite"):
+        coverage(np.zeros((3, 2, 2)), np.full(2, np.nan), 0.9)
+    with pytest.raises(InvalidInputError, match="probability is 1.5"):
+        normal_interval(np.zeros(2), np.eye(2), 1.5)

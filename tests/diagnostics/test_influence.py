@@ -121,3 +121,13 @@ def test_the_bound_along_a_path_is_that_of_each_prefix(law):
     for n in (5, 20, 60):
         whole = cramer_rao_bound(problem.part(slice(n)), EMITTER, law)
         np.testing.assert_allclose(path[n - 1], whole, rtol=1e-8)
+
+
+def test_components_that_do_not_exist_are_refused():
+    linear, _ = linear_problem(2, n=60)
+    bearings = BearingProblem.of(passive_reports(5))
+    reports = ReportProblem(polar_reports(radar_pair(), PAIR_BIAS, seed=3, n=40))
+    cases = ((linear, -1), (linear, 3), (bearings, 1), (bearings, -1), (reports, 9))
+    for problem, component in cases:
+        with pytest.raises(InvalidInputError, match=f"no component {component}"):
+            empirical_influence(LeastSquares(), problem, 1, np.array([0.01]), component)

@@ -31,6 +31,8 @@ FILES += PASSIVE + PASSIVE_TABLES
 BAYES = ["calibration_sbc", "calibration_reports", "calibration_position", "coverage_by_gamma"]
 BAYES += ["posterior_ralad", "coverage_methods"]
 FILES += [f"calibration_{kind}_pair_{d}d" for kind in ("sbc", "ranks") for d in (2, 3)] + BAYES[1:]
+MH = [*(f"mh_fig{k}" for k in range(1, 9)), "mh_table"]
+FILES += MH
 FILES += ["calibration_table", "calibration_reports_table", "calibration_position_table"]
 
 
@@ -67,7 +69,7 @@ def drawn(results, tmp_path_factory):
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert set(PAPER + PASSIVE + BAYES) <= set(names())
+    assert set(PAPER + PASSIVE + BAYES + MH) <= set(names())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):

@@ -209,3 +209,27 @@ def test_settings_are_checked():
         with pytest.raises(InvalidInputError, match="warmup"):
             bad()
     assert NutsPath(Nuts(warmup=10)).settings.warmup == 10
+
+
+@pytest.mark.parametrize("law", [StudentT(4.0), StudentT(4.0, componentwise=True)], ids=repr)
+def test_what_was_not_reported_does_not_count_wherever_it_stands(law):
+    model = make(T=6)
+    R = np.tile(np.eye(2), (6, 1, 1))
+    present = np.tile([False, True], (6, 1))
+    first = dataclasses.replace(model, R=R, present=present)
+    swapped = dataclasses.replace(
+        model, y=model.y[:, ::-1], H=model.H[:, ::-1], R=R, present=present[:, ::-1]
+    )
+    alone = dataclasses.replace(
+        model, y=model.y[:, 1:], H=model.H[:, 1:], R=R[:, 1:, 1:], present=None, width=0
+    )
+    path = rng().normal(size=(6, 3))
+    expected = PathPosterior(alone, law).log_likelihood(path)
+    for other in (first, swapped):
+        np.testing.assert_allclose(PathPosterior(other, law).log_likelihood(path), expected)
+        assert other.filter().log_likelihood == pytest.approx(alone.filter().log_likelihood)
+
+
+def test_nuts_needs_a_few_draws():
+    with pytest.raises(InvalidInputError, match="at least 4 draws"):
+        NutsPath().sample(PathPosterior(make(), Gaussian()), 2, 1, rng())

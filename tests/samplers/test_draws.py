@@ -116,3 +116,53 @@ def test_precisions_drawn_by_gibbs_follow_the_noise_walk():
 def test_intervals_ask_for_a_probability(draws):
     with pytest.raises(InvalidInputError, match="probability is 90"):
         draws.interval(90)
+
+
+def test_log_prob_follows_the_draws_of_gibbs_with_unknown_noise():
+    unknown = (NoiseParameter("nu", 5.0, 0.5),)
+    posterior = Posterior(linear_problem(1).problem, StudentT(5.0), PRIOR, unknown)
+    found = Gibbs(warmup=5).sample(posterior, 20, 3, rng())
+    expected = posterior.log_prob(posterior.free(found.theta))
+    np.testing.assert_allclose(found.stats["log_prob"], expected)
+
+
+def test_predictive_rows_have_the_spread_of_their_own_dimension():
+    # rows of two and of four components under a law that depends on the dimension
+    from probreg import RegistrationProblem
+    from probreg.noise import Hyperbolic
+
+    base = linear_problem(6, n=60, m=4, p=2).problem
+    size = np.where(np.arange(60) % 2, 2, 4)
+    blank = np.arange(4) >= size[:, None]
+    problem = RegistrationProblem(
+        np.where(blank, 0.0, base.y),
+        np.where(blank[..., None], 0.0, base.B),
+        np.tile(np.eye(4), (60, 1, 1)),
+        size=size,
+    )
+    law = Hyperbolic(1e-3)
+    posterior = Posterior(problem, law, GaussianPrior.from_sd(np.full(2, 1e-4)))
+    found = Importance().sample(posterior, 400, 2, rng())
+    replicated = found.to_arviz(rng(), log_likelihood=False)["posterior_predictive"]["y"].values
+    for m in (2, 4):
+        spread = replicated[:, :, size == m, :m]
+        centred = spread - spread.mean(axis=(0, 1))
+        assert centred.var() == pytest.approx(law.covariance_factor(m), rel=0.05)
+    assert (replicated[:, :, size == 2, 2:] == 0.0).all()
+
+
+def test_a_box_is_said_with_the_priors():
+    box = np.array([[0.5, np.inf]] + [[-np.inf, np.inf]] * 3)
+    posterior = Posterior(linear_problem(1).problem, Gaussian(), None, box=box)
+    mode = posterior.mode().theta[0]
+    box[0, 0] = mode - 0.1
+    cut = Posterior(linear_problem(1).problem, Gaussian(), None, box=box)
+    assert "theta[0]: cut to" in str(MetropolisHastings().sample(cut, 20, 4, rng()))
+
+
+def test_two_moves_of_one_kind_are_told_apart():
+    moves = (LocalGaussian(0.1), LocalGaussian(3.0))
+    posterior = Posterior(linear_problem(1).problem, Gaussian(), PRIOR)
+    found = MetropolisHastings(moves).sample(posterior, 50, 8, rng())
+    rates = found.facts["acceptance"]
+    assert rates["LocalGaussian[0]"] > 0.6 > rates["LocalGaussian[1]"]
