@@ -45,7 +45,9 @@ def results(tmp_path_factory):
         for label, config in configurations(study, "quick", []):
             few = {"replicates": min(2, config.replicates)}
             if hasattr(config, "runs"):
-                few["runs"] = 4
+                few["runs"] = min(4, config.runs)
+            if hasattr(config, "keep"):
+                few["keep"] = 9
             small = dataclasses.replace(config, **few)
             run_study(study, label, small, folder, 2, Console(file=io.StringIO()))
     return folder

@@ -69,7 +69,7 @@ def scores(draws, mean, variance, least=300):
 
 
 def size(sampler):
-    return (600, 2) if isinstance(sampler, NutsPath) else (1200, 16)
+    return (400, 2) if isinstance(sampler, NutsPath) else (1200, 16)
 
 
 def test_discovery_finds_the_samplers():
@@ -89,8 +89,17 @@ def test_gaussian_paths_have_the_dense_moments(sampler, singular):
     assert np.abs(found).max() < limit(found, 1e-4)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=repr)
-@pytest.mark.parametrize("sampler", SAMPLERS[1:], ids=lambda s: type(s).__name__)
+# NUTS is slow, so it meets one smooth law and one kinked one
+QUICK = (StudentT, Huber)
+CASES = [
+    (s, law)
+    for s in SAMPLERS[1:]
+    for law in LAWS
+    if not isinstance(s, NutsPath) or type(law) in QUICK
+]
+
+
+@pytest.mark.parametrize(("sampler", "law"), CASES, ids=lambda x: type(x).__name__)
 def test_three_scans_agree_with_quadrature(sampler, law):
     # 6 scores in each of 11 cases, family-wise false-alarm rate 1e-3 over all of them
     posterior = PathPosterior(short(), law)
