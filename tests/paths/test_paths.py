@@ -56,7 +56,7 @@ def quadrature(model, noise, points=141):
     return mean, np.einsum("abc,abct->t", weight, (path - mean) ** 2)
 
 
-def scores(draws, mean, variance, least=300):
+def scores(draws, mean, variance, least=150):
     found = []
     flat = draws.path.reshape(*draws.path.shape[:2], -1)
     for k, (m, s) in enumerate(zip(np.ravel(mean), np.ravel(variance), strict=True)):
