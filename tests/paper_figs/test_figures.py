@@ -47,7 +47,7 @@ def results(tmp_path_factory):
             if hasattr(config, "runs"):
                 few["runs"] = min(4, config.runs)
             if hasattr(config, "keep"):
-                few["keep"] = 9
+                few["keep"] = 19
             small = dataclasses.replace(config, **few)
             run_study(study, label, small, folder, 2, Console(file=io.StringIO()))
     return folder
