@@ -16,7 +16,8 @@ from probreg import ReportProblem
 from probreg.estimators import Recursive
 from probreg.estimators._recursion import recurse
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
-from probreg.noise._law import NoiseLaw, compile_weight
+from probreg.noise._compiled import compile_scalar
+from probreg.noise._law import NoiseLaw
 from probreg.problem import RegistrationProblem
 from probreg.scenarios.ralad import CASES, simulate
 
@@ -60,8 +61,8 @@ def compiled_only(problem: RegistrationProblem, law: NoiseLaw) -> Callable[[], N
     n = len(rows.v)
     A = np.ascontiguousarray(rows.A * unit)
     weights, path, none = np.empty((n, 3)), np.empty((n, 6)), np.empty((0, 6, 6))
-    params = np.array(law.params or (0.0,), dtype=float)
-    weight = compile_weight(type(law).weight_function)
+    params = law.constants
+    weight = compile_scalar(type(law).weight_function)
 
     def run() -> None:
         theta, root = np.zeros(6), 1e3 * np.eye(6)

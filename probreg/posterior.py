@@ -12,6 +12,7 @@ from scipy import linalg
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import NoiseLaw
+from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior, NoiseParameter
 from probreg.problem import Rows
 from probreg.reweighting import Mode, Reweighted, per_component
@@ -81,11 +82,7 @@ class Posterior(Reweighted):
         if self.prior is not None and not isinstance(self.prior, GaussianPrior):
             raise InvalidInputError(f"prior is {self.prior!r}; a GaussianPrior is needed.")
         super().__post_init__()
-        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
-            raise InvalidInputError(
-                "a posterior has one number a law parameter, not an array; unknown ones go into "
-                "noise_prior."
-            )
+        require_scalar_law(self.noise)
         names = [parameter.name for parameter in self.noise_prior]
         if len(set(names)) != len(names):
             raise InvalidInputError(f"a noise parameter has two priors: {names}.")

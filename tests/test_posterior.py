@@ -216,5 +216,5 @@ def test_slips_in_the_arguments_are_named():
     assert lone.names[-1] == "noise.nu"
     with pytest.raises(InvalidInputError, match="GaussianPrior is needed"):
         Posterior(problem, StudentT(4.0), np.ones(4))
-    with pytest.raises(InvalidInputError, match="unknown ones go into"):
+    with pytest.raises(InvalidInputError, match="one number a parameter"):
         Posterior(problem, StudentT(np.array([4.0, 5.0])), PRIOR)

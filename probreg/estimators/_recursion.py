@@ -13,17 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from probreg.errors import InvalidInputError
-from probreg.noise import NoiseLaw
-from probreg.noise._law import require_law
 from probreg.typing import FloatArray, IntArray
-
-
-def require_scalar_law(noise: NoiseLaw) -> None:
-    """Raise unless `noise` is a law with one number a parameter."""
-    require_law(noise)
-    if any(np.ndim(value) for value in (*noise.params, noise.unit)):
-        raise InvalidInputError("a recursion takes one number a law parameter, not an array.")
 
 
 @numba.njit(cache=True)

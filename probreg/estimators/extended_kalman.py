@@ -12,9 +12,9 @@ from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._bearing_filter import STATES, filter_bearings
 from probreg.estimators._bearings import in_time, require_bearings, take_first
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._recursion import require_scalar_law
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._law import compile_weight
+from probreg.noise._compiled import compile_scalar
+from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
 from probreg.typing import BoolArray, FloatArray
@@ -141,8 +141,8 @@ class ExtendedKalman:
             bearings.sigma[first:],
             self._intervals(bearings)[first:],
             bearings.sign,
-            compile_weight(type(self.noise).weight_function),
-            np.array(self.noise.params or (0.0,), dtype=float),
+            compile_scalar(type(self.noise).weight_function),
+            self.noise.constants,
             float(self.noise.unit),
             float(self.acceleration),
             self._gate(),

@@ -9,9 +9,10 @@ import numpy as np
 
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._recursion import recurse, require_scalar_law
+from probreg.estimators._recursion import recurse
 from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.noise._law import compile_weight
+from probreg.noise._compiled import compile_scalar
+from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, RegistrationProblem
 from probreg.typing import FloatArray, IntArray
@@ -137,12 +138,12 @@ class Recursive:
         weights = np.zeros((n, width), dtype=dtype)
         path = np.empty((n, p), dtype=dtype)
         kept = np.empty((n if self.covariance_path else 0, p, p), dtype=dtype)
-        params = np.array(self.noise.params or (0.0,), dtype=float)
+        params = self.noise.constants
         recurse(
             np.ascontiguousarray(rows.v[order], dtype=dtype),
             np.ascontiguousarray(rows.A[order] * unit, dtype=dtype),
             rows.size[order],
-            compile_weight(type(self.noise).weight_function),
+            compile_scalar(type(self.noise).weight_function),
             params,
             float(self.noise.unit),
             self.noise.componentwise,

@@ -12,11 +12,11 @@ from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import _total
 from probreg.estimators._bearings import in_time, require_bearings
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._recursion import require_scalar_law
 from probreg.estimators._subsets import refuse_prior
 from probreg.estimators._tls_recursion import follow_lines
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._law import compile_weight, require_law
+from probreg.noise._compiled import compile_scalar
+from probreg.noise._law import require_law, require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
 from probreg.typing import FloatArray
@@ -139,8 +139,8 @@ class RecursiveTls:
             bearings.own_position[first:] / _total.LENGTH_UNIT,
             bearings.sigma[first:],
             trust[first:],
-            compile_weight(type(self.noise).weight_function),
-            np.array(self.noise.params or (0.0,), dtype=float),
+            compile_scalar(type(self.noise).weight_function),
+            self.noise.constants,
             float(self.noise.unit),
             np.inf if self.reject_above is None else float(self.reject_above),
             S,

@@ -2,67 +2,37 @@
 
 A law is a spherical density of the whitened residual v in m dimensions, written through
 its log kernel g(d2, m) with d2 = |v|^2. Its equivalent weight is w = -2 dg / d(d2): the
-weight that makes a least-squares step a step on the law's log-likelihood. A law gives the
-kernel (numpy), the weight (one compiled scalar function, the same in recursions and in
-batch), its sampler and, where known in closed form, its normaliser and variance.
+weight that makes a least-squares step a step on the law's log-likelihood. A law gives both
+as scalar functions, compiled once and the same in recursions and in batch, its sampler and,
+where known in closed form, its normaliser and variance.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from functools import cache
 from itertools import pairwise
 from typing import Any, ClassVar, Self
 
-import numba
 import numpy as np
 from scipy.special import gammaln
 
 from probreg.errors import ImproperLawError, InvalidInputError
+from probreg.noise._compiled import (
+    KernelFunction,
+    WeightFunction,
+    apply_each,
+    apply_same,
+    compile_scalar,
+)
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray, IntArray
 
 Size = int | FloatArray | IntArray
-WeightFunction = Callable[[float, float, FloatArray], float]
-KernelFunction = Callable[[Any, Any, Any], Any] | None
-_SIGNATURE = "float64(float64, float64, float64[::1])"
 
 
-@cache
-def compile_weight(function: WeightFunction) -> Any:
-    """Compile a scalar weight w(d2, m, params) once; all laws have one machine-code type.
-
-    Because that type is shared, a recursion that takes a weight is compiled once for all
-    laws and kept on disk.
-    """
-    return numba.cfunc(_SIGNATURE, cache=True)(function)
-
-
-@cache
-def compile_log_kernel(function: WeightFunction) -> Any:
-    """Compile a scalar log kernel g(d2, m, params) once, of the same type as the weights."""
-    return numba.cfunc(_SIGNATURE, cache=True)(function)
-
-
-@numba.njit(cache=True)
-def _apply_weight(weight: Any, d2: FloatArray, m: FloatArray, params: FloatArray) -> FloatArray:
-    out = np.empty(d2.size)
-    for i in range(d2.size):
-        out[i] = weight(d2[i], m[i], params[i])
-    return out
-
-
-@numba.njit(cache=True)
-def _apply_fixed(weight: Any, d2: FloatArray, m: float, params: FloatArray) -> FloatArray:
-    out = np.empty(d2.size)
-    for i in range(d2.size):
-        out[i] = weight(d2[i], m, params)
-    return out
-
-
-class NoiseLaw(ABC):
+class NoiseLaw:
     """Base of the noise laws; subclasses are frozen dataclasses over `scale` and their own.
 
     Attributes
@@ -89,28 +59,30 @@ class NoiseLaw(ABC):
     unit_name: ClassVar[str] = "scale"
     supports: ClassVar[Mapping[str, Support]] = {"scale": POSITIVE}
     weight_function: ClassVar[WeightFunction]
-    kernel_function: ClassVar[KernelFunction] = None
+    kernel_function: ClassVar[KernelFunction]
 
     scale: Any
     componentwise: bool
 
-    # -- what a law defines ------------------------------------------------------------
+    # -- what a law defines: the two functions above, and --------------------------------
 
     def log_kernel(self, d2: Any, m: Size) -> Any:
         """Unnormalised log-density at unit scale; analytic in d2 between its corners.
 
-        Laws with a density give it as `kernel_function(d2, m, params)`, one expression that
-        serves arrays here and compiled loops elsewhere; the others overrule this.
+        A law gives it as `kernel_function(d2, m, params)`, one expression that serves arrays
+        here and compiled loops elsewhere.
         """
-        kernel = type(self).kernel_function
-        if kernel is None:
-            raise NotImplementedError(f"{type(self).__name__} defines no log kernel.")
-        return kernel(d2, m, self.params or (0.0,))
+        return type(self).kernel_function(d2, m, self.params or (0.0,))
 
     @property
     def params(self) -> tuple[Any, ...]:
         """Numbers (or arrays that broadcast over chains) passed to the weight."""
         return ()
+
+    @property
+    def constants(self) -> FloatArray:
+        """The parameters as compiled loops take them, for laws of one number each."""
+        return np.array(self.params or (0.0,), dtype=float)
 
     def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         """Draw n vectors of m components at unit scale."""
@@ -301,15 +273,14 @@ class NoiseLaw(ABC):
 
     def unit_weight(self, d2: FloatArray, m: Size) -> FloatArray:
         """Weights at unit scale of squared norms in m dimensions, by the compiled function."""
-        weight = compile_weight(type(self).weight_function)
+        weight = compile_scalar(type(self).weight_function)
         if np.ndim(m) == 0 and not any(np.ndim(value) for value in self.params):
-            fixed = np.array(self.params or (0.0,), dtype=float)
             flat = np.ascontiguousarray(d2, dtype=float).ravel()
-            return _apply_fixed(weight, flat, float(m), fixed).reshape(np.shape(d2))
+            return apply_same(weight, flat, float(m), self.constants).reshape(np.shape(d2))
         parts = np.broadcast_arrays(d2, np.asarray(m, dtype=float), *(self.params or (0.0,)))
         columns = [np.array(part, dtype=float).ravel() for part in parts]
         params = np.stack(columns[2:], axis=-1)
-        return _apply_weight(weight, columns[0], columns[1], params).reshape(parts[0].shape)
+        return apply_each(weight, columns[0], columns[1], params).reshape(parts[0].shape)
 
     # -- details -----------------------------------------------------------------------
 
@@ -398,22 +369,11 @@ def require_law(noise: object) -> None:
         )
 
 
-def truncated_chi(rng: np.random.Generator, n: int, m: int, upper: float) -> FloatArray:
-    """Draw radii of m-dimensional standard normal vectors shorter than `upper`."""
-    from scipy.special import gammainc, gammaincinv
-
-    mass = gammainc(0.5 * m, 0.5 * upper**2)
-    return np.sqrt(2.0 * gammaincinv(0.5 * m, mass * rng.random(n)))
-
-
-def truncated_gamma(rng: np.random.Generator, n: int, shape: float, lower: float) -> FloatArray:
-    """Draw unit-rate Gamma(shape) numbers above `lower`."""
-    from scipy.special import gammaincc, gammainccinv
-
-    return gammainccinv(shape, gammaincc(shape, lower) * rng.random(n))
-
-
-def on_sphere(rng: np.random.Generator, radius: FloatArray, m: int) -> FloatArray:
-    """Give each radius a uniformly random direction in m dimensions, shape (n, m)."""
-    direction = rng.standard_normal((len(radius), m))
-    return radius[:, None] * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+def require_scalar_law(noise: object) -> None:
+    """Raise unless `noise` is a law with one number a parameter."""
+    require_law(noise)
+    assert isinstance(noise, NoiseLaw)
+    if any(np.ndim(value) for value in (*noise.params, noise.unit)):
+        raise InvalidInputError(
+            f"{type(noise).__name__} must have one number a parameter here, not an array."
+        )

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.noise._law import KernelFunction, ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import ScaleMixture, Size, above_zero
 from probreg.typing import FloatArray
 
 

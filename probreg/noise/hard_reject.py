@@ -7,12 +7,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.noise._law import NoiseLaw, Size, WeightFunction, above_zero
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import NoiseLaw, above_zero
 from probreg.typing import FloatArray
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     return 1.0 if d2 <= params[0] * params[0] else 0.0
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    return -0.5 * np.minimum(d2, params[0] ** 2)
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,7 @@ class HardReject(NoiseLaw):
     convex: ClassVar[bool] = False
     kinked: ClassVar[bool] = True
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, k=self.k, scale=self.scale)
@@ -51,7 +57,3 @@ class HardReject(NoiseLaw):
     def corners(self) -> tuple[float, ...]:
         """The threshold."""
         return (self.k,)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-min(d, k)^2 / 2."""
-        return np.where(np.real(d2) <= self.k**2, -0.5 * d2, -0.5 * self.k**2)

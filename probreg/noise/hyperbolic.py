@@ -9,16 +9,9 @@ import numpy as np
 from scipy.special import kve
 
 from probreg.errors import InvalidInputError
-from probreg.noise._law import (
-    KernelFunction,
-    ScaleMixture,
-    Size,
-    WeightFunction,
-    above_zero,
-    on_sphere,
-    truncated_chi,
-    truncated_gamma,
-)
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import ScaleMixture, Size, above_zero
+from probreg.noise._radial import on_sphere, truncated_chi, truncated_gamma
 from probreg.typing import FloatArray
 
 

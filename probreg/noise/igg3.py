@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise._law import NoiseLaw, Size, WeightFunction, above_zero
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import NoiseLaw, above_zero
 from probreg.typing import FloatArray
 
 
@@ -19,6 +20,14 @@ def _weight(d2: float, m: float, params: FloatArray) -> float:
     if d >= k1:
         return 0.0
     return k0 / d * ((k1 - d) / (k1 - k0)) ** 2
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    # minus the loss whose influence function is w d: parabola, cubic, constant
+    k0, span, d = params[0], params[1] - params[0], np.sqrt(d2)
+    inner = np.minimum(d, k0)
+    falling = np.minimum(np.maximum(d, k0), params[1])
+    return -0.5 * inner**2 - k0 * (span**3 - (params[1] - falling) ** 3) / (3.0 * span**2)
 
 
 @dataclass(frozen=True)
@@ -48,6 +57,7 @@ class Igg3(NoiseLaw):
     proper: ClassVar[bool] = False
     convex: ClassVar[bool] = False
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, k0=self.k0, k1=self.k1, scale=self.scale)
@@ -63,11 +73,3 @@ class Igg3(NoiseLaw):
     def corners(self) -> tuple[float, ...]:
         """Both thresholds."""
         return (self.k0, self.k1)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """Minus the loss whose influence function is w d: parabola, cubic, constant."""
-        k0, span, d = self.k0, self.k1 - self.k0, np.sqrt(d2)
-        middle = 0.5 * k0**2 + k0 * (span**3 - (self.k1 - d) ** 3) / (3.0 * span**2)
-        flat = 0.5 * k0**2 + k0 * span / 3.0 + 0.0 * d
-        loss = np.where(np.real(d) >= self.k1, flat, middle)
-        return -np.where(np.real(d) <= k0, 0.5 * d2, loss)

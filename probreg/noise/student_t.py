@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaln, digamma, gammaln
 
-from probreg.noise._law import KernelFunction, ScaleMixture, Size, WeightFunction, above_zero
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import ScaleMixture, Size, above_zero
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
 

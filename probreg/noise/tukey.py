@@ -7,13 +7,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.noise._law import NoiseLaw, Size, WeightFunction, above_zero
+from probreg.noise._compiled import KernelFunction, WeightFunction
+from probreg.noise._law import NoiseLaw, above_zero
 from probreg.typing import FloatArray
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
     u2 = d2 / (params[0] * params[0])
     return (1.0 - u2) ** 2 if u2 < 1.0 else 0.0
+
+
+def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
+    inner = np.minimum(d2 / params[0] ** 2, 1.0)  # constant beyond c
+    return -(params[0] ** 2) / 6.0 * (1.0 - (1.0 - inner) ** 3)
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,7 @@ class Tukey(NoiseLaw):
     proper: ClassVar[bool] = False
     convex: ClassVar[bool] = False
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
+    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, c=self.c, scale=self.scale)
@@ -51,8 +58,3 @@ class Tukey(NoiseLaw):
     def corners(self) -> tuple[float, ...]:
         """The rejection point."""
         return (self.c,)
-
-    def log_kernel(self, d2: Any, m: Size) -> Any:
-        """-(c^2 / 6) (1 - (1 - d^2 / c^2)^3), constant beyond c."""
-        u2 = d2 / self.c**2
-        return -(self.c**2) / 6.0 * np.where(np.real(u2) < 1.0, 1.0 - (1.0 - u2) ** 3, 1.0)

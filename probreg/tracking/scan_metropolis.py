@@ -9,7 +9,8 @@ import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._law import compile_log_kernel, require_law
+from probreg.noise._compiled import compile_scalar
+from probreg.noise._law import require_scalar_law
 from probreg.tracking._scan_chain import run_scan
 from probreg.tracking._target import Memory, ScanTarget
 from probreg.tracking._track import Track
@@ -74,11 +75,9 @@ class ScanMetropolis:
     estimate: Literal["mean", "last"] = "mean"
 
     def __post_init__(self) -> None:
-        require_law(self.noise)
+        require_scalar_law(self.noise)
         if not self.noise.proper:
             raise ImproperLawError(f"{type(self.noise).__name__} has no density to sample.")
-        if any(np.ndim(value) for value in (*self.noise.params, self.noise.unit)):
-            raise InvalidInputError("a tracker takes one number a law parameter, not an array.")
         positive_number("gamma", self.gamma)
         if not 0 <= self.burn_in < self.steps:
             raise InvalidInputError(
@@ -110,8 +109,8 @@ class ScanMetropolis:
         box = self._box(d)
         x = (model.prior.mean if self.start is None else np.asarray(self.start)).astype(float)
         x = finite_array("start", x, (d,)).copy()
-        kernel = compile_log_kernel(type(self.noise).kernel_function)
-        params = np.array(self.noise.params or (0.0,), dtype=float)
+        kernel = compile_scalar(type(self.noise).kernel_function)
+        params = self.noise.constants
         draws = np.empty((T, self.steps, d))
         members = np.zeros(self.steps, dtype=np.int64)
         accepted, memory = np.zeros(T), Memory(None)

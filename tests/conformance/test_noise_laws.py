@@ -14,7 +14,7 @@ import probreg.noise
 from probreg.discovery import public_classes
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
-from probreg.noise._law import _apply_fixed, compile_log_kernel
+from probreg.noise._compiled import apply_same, compile_scalar
 
 # settings beside the defaults, so that every branch of a law is walked
 EXTRA = [Hyperbolic(0.5), Hyperbolic(1e-3, piecewise_at=1.345), Hyperbolic(0.3, piecewise_at=0.8)]
@@ -204,7 +204,7 @@ def test_mean_precision_is_the_weight(law):
 
 @pytest.mark.parametrize("law", LAWS, ids=repr)
 def test_compiled_weight_is_the_python_function(law):
-    params = np.array(law.params or (0.0,), dtype=float)
+    params = law.constants
     for d2 in RADII**2:
         expected = type(law).weight_function(d2, 3.0, params)
         assert law.unit_weight(np.array([d2]), 3)[0] == pytest.approx(expected, rel=1e-14)
@@ -303,9 +303,9 @@ def test_slopes_by_parameters_are_finite_differences(law):
 @pytest.mark.parametrize("law", PROPER, ids=repr)
 @pytest.mark.parametrize("m", [1, 3])
 def test_the_compiled_log_kernel_is_the_same_expression(law, m):
-    kernel = compile_log_kernel(type(law).kernel_function)
-    params = np.array(law.params or (0.0,), dtype=float)
+    kernel = compile_scalar(type(law).kernel_function)
+    params = law.constants
     d2 = np.array([0.0, 0.3, 1.0, 4.0, 90.0, 1e4])
     # the same loop that applies weights
-    found = _apply_fixed(kernel, d2, float(m), params)
+    found = apply_same(kernel, d2, float(m), params)
     np.testing.assert_allclose(found, law.log_kernel(d2, m), rtol=1e-12)
