@@ -21,6 +21,7 @@ ROOMS = [
     {"sensors"},
     {"noise"},
     {"reports", "association", "observability"},
+    {"recordings"},
     {"scenarios"},
     {"problem"},
     {"prior"},

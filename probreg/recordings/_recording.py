@@ -1,0 +1,90 @@
+"""What every file format is read into: reports of several sensors in order of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.sensors import Sensor
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import finite_array
+
+UNKNOWN = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Reports of several sensors, each at its own time.
+
+    Parameters
+    ----------
+    sensors : tuple of Sensor
+    sensor : ndarray of int, shape (n,)
+        Which of the sensors made each report.
+    time : ndarray, shape (n,)
+        Seconds, not decreasing.
+    values : ndarray, shape (n, q)
+        Reports in the sensor's components and units (metres, radians); NaN beyond the
+        components of a sensor that has fewer than q.
+    target : ndarray of int, shape (n,)
+        Identity of the target as the recording gives it, -1 where it gives none.
+    labels : tuple of str
+        Names of the identities, in order of their numbers.
+    own_position : ndarray, shape (n, d), optional
+        Position of a moving platform at each report, metres in the common frame, added to the
+        sensor's own position; zero for sensors that do not move.
+    heading : ndarray, shape (n,), optional
+        Of the platform, radians from the x axis counter-clockwise; NaN where not recorded.
+
+    Raises
+    ------
+    InvalidInputError
+        Mismatched lengths, a sensor number out of range, times out of order, reports that their
+        sensor refuses.
+    """
+
+    sensors: tuple[Sensor, ...]
+    sensor: IntArray
+    time: FloatArray
+    values: FloatArray
+    target: IntArray
+    labels: tuple[str, ...] = ()
+    own_position: FloatArray | None = None
+    heading: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        time = finite_array("time", self.time, (None,))
+        n, k = len(time), len(self.sensors)
+        names = [s.name for s in self.sensors]
+        if len(set(names)) < k:
+            raise InvalidInputError(f"sensor names {names} repeat; give each sensor its own.")
+        sensor, target = np.asarray(self.sensor), np.asarray(self.target)
+        values = np.asarray(self.values, dtype=float)
+        for name, array in (("sensor", sensor), ("target", target), ("values", values)):
+            if len(array) != n:
+                raise InvalidInputError(f"{name} has {len(array)} rows, time has {n}.")
+        late = np.flatnonzero(np.diff(time) < 0.0)
+        if late.size:
+            raise InvalidInputError(f"time goes back after report {late[0]}; sort the reports.")
+        if n and not (sensor.min() >= 0 and sensor.max() < k):
+            raise InvalidInputError(f"a sensor number is outside 0 to {k - 1}.")
+        values = values.copy()
+        for index, own in enumerate(self.sensors):
+            rows, q = np.flatnonzero(sensor == index), len(own.bias_names)
+            values[rows, :q] = own.check(values[rows, :q])
+            values[rows, q:] = np.nan
+        fields = {"time": time, "sensor": sensor, "target": target, "values": values}
+        if self.own_position is not None:
+            fields["own_position"] = finite_array("own_position", self.own_position, (n, None))
+        if self.heading is not None:
+            heading = np.asarray(self.heading, dtype=float)
+            if heading.shape != (n,):
+                raise InvalidInputError(f"heading has shape {heading.shape}, not ({n},).")
+            fields["heading"] = heading
+        for name, array in fields.items():
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.time)
