@@ -13,7 +13,7 @@ figures: $(READY)
 	$(PY) -m paper_figs --profile $(PROFILE)
 
 test: $(READY)
-	$(PY) -m pytest -m "not slow"
+	$(PY) -m pytest -m "not slow" -n auto --dist loadscope
 
 test-slow: $(READY)
 	$(PY) -m pytest -m slow
