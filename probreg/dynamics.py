@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from probreg.errors import InvalidInputError
 from probreg.typing import FloatArray
@@ -105,6 +106,66 @@ class LinearGaussian:
         for _ in range(round(scans)):
             F, Q = self.transition @ F, self.transition @ Q @ self.transition.T + self.noise
         return F, Q
+
+
+@dataclass(frozen=True)
+class NearConstantVelocity:
+    """Position and velocity along k axes, states (positions, velocities).
+
+    The acceleration is white from scan to scan and constant within a step.
+
+    Parameters
+    ----------
+    acceleration_sd : float
+        Standard deviation of the acceleration of one step, m/s^2.
+
+    Raises
+    ------
+    InvalidInputError
+        It is not above zero.
+    """
+
+    acceleration_sd: float
+
+    def __post_init__(self) -> None:
+        positive_number("acceleration_sd", self.acceleration_sd)
+
+    def step(self, dim: int, interval: float) -> tuple[FloatArray, FloatArray]:
+        """F and Q of one step; Q has rank k, for one acceleration moves both."""
+        if dim % 2:
+            raise InvalidInputError(f"{dim} states are no pairs of position and velocity.")
+        eye = np.eye(dim // 2)
+        reach = np.array([0.5 * interval**2, interval])
+        F = np.kron(np.array([[1.0, interval], [0.0, 1.0]]), eye)
+        return F, self.acceleration_sd**2 * np.kron(np.outer(reach, reach), eye)
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Independent groups of states, one after the other, each with dynamics of its own.
+
+    Parameters
+    ----------
+    parts : tuple of (Dynamics, int)
+        Dynamics and number of states of each group.
+    """
+
+    parts: tuple[tuple[Dynamics, int], ...]
+
+    def step(self, dim: int, interval: float) -> tuple[FloatArray, FloatArray]:
+        """Block-diagonal F and Q.
+
+        Raises
+        ------
+        InvalidInputError
+            The groups do not add up to `dim` states.
+        """
+        if sum(count for _, count in self.parts) != dim:
+            raise InvalidInputError(
+                f"groups of {[count for _, count in self.parts]} states; the problem has {dim}."
+            )
+        steps = [dynamics.step(count, interval) for dynamics, count in self.parts]
+        return block_diag(*(F for F, _ in steps)), block_diag(*(Q for _, Q in steps))
 
 
 def semidefinite(name: str, matrix: FloatArray) -> FloatArray:

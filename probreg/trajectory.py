@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from probreg import _kalman
 from probreg._linalg import inverse_roots
 from probreg.dynamics import Dynamics, semidefinite
 from probreg.errors import InvalidInputError
+from probreg.noise import NoiseLaw
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
 from probreg.typing import FloatArray
@@ -203,6 +204,24 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.y)
+
+    def simulate(self, noise: NoiseLaw, rng: np.random.Generator) -> tuple[FloatArray, Trajectory]:
+        """Draw a path (T, d) from prior and steps, and its rows from the law: a new trajectory."""
+        T, d = len(self), len(self.names)
+        path = np.empty((T, d))
+        path[0] = self.prior.sample(rng)
+        for t in range(1, T):
+            root = _kalman.semidefinite_root(np.ascontiguousarray(self.Q[t - 1]))
+            path[t] = self.F[t - 1] @ path[t - 1] + root @ rng.standard_normal(d)
+        v = noise.sample(rng, self.y.size // self.width, self.width).reshape(self.y.shape)
+        values, vectors = np.linalg.eigh(self.R)
+        spread = np.einsum("tij,tj,tkj,tk->ti", vectors, np.sqrt(values), vectors, v)
+        y = np.einsum("tmd,td->tm", self.H, path) + spread
+        return path, replace(self, y=y)
+
+    def rescaled(self, factor: FloatArray) -> Trajectory:
+        """The same with the process noise of each state multiplied by factor (d,) in sd."""
+        return replace(self, Q=self.Q * np.outer(factor, factor))
 
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, float]:

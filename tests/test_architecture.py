@@ -28,6 +28,7 @@ ROOMS = [
     {"contrast", "bearings"},
     {"dynamics", "_kalman"},
     {"trajectory"},
+    {"target_state"},
     {"reweighting"},
     {"path_posterior"},
     {"posterior", "torch_bridge"},
