@@ -34,7 +34,7 @@ def run_filter(
     Writes means (T, d) and covariances (T, d, d) before and after each scan; returns the log
     marginal likelihood of the whitened rows.
     """
-    T, m, d = A.shape
+    T, d = A.shape[0], A.shape[2]
     log_likelihood = 0.0
     x, P = mean.copy(), covariance.copy()
     gain = np.empty(d)
@@ -44,27 +44,46 @@ def run_filter(
             P = F[t - 1] @ P @ F[t - 1].T + Q[t - 1]
         predicted[t] = x
         predicted_cov[t] = P
-        for c in range(m):
-            w = weights[t, c]
-            if w <= 0.0:
-                continue
-            innovation, spread = v[t, c], 1.0 / w
-            for a in range(d):
-                innovation -= A[t, c, a] * x[a]
-                gain[a] = 0.0
-                for b in range(d):
-                    gain[a] += P[a, b] * A[t, c, b]
-            for a in range(d):
-                spread += A[t, c, a] * gain[a]
-            log_likelihood -= 0.5 * (np.log(2.0 * np.pi * spread) + innovation**2 / spread)
-            for a in range(d):
-                x[a] += gain[a] * innovation / spread
-                for b in range(a + 1):
-                    P[a, b] -= gain[a] * gain[b] / spread
-                    P[b, a] = P[a, b]
+        log_likelihood += take_in(x, P, v[t], A[t], weights[t], gain)
         filtered[t] = x
         filtered_cov[t] = P
     return log_likelihood
+
+
+@numba.njit(cache=True)
+def take_in(
+    x: FloatArray,
+    P: FloatArray,
+    v: FloatArray,
+    A: FloatArray,
+    weights: FloatArray,
+    gain: FloatArray,
+) -> float:
+    """Update x (d,) and P (d, d) in place by components v (m,) of precisions `weights`.
+
+    Returns their log predictive density; `gain` (d,) is room to work in.
+    """
+    d = x.size
+    log_density = 0.0
+    for c in range(v.size):
+        w = weights[c]
+        if w <= 0.0:
+            continue
+        innovation, spread = v[c], 1.0 / w
+        for a in range(d):
+            innovation -= A[c, a] * x[a]
+            gain[a] = 0.0
+            for b in range(d):
+                gain[a] += P[a, b] * A[c, b]
+        for a in range(d):
+            spread += A[c, a] * gain[a]
+        log_density -= 0.5 * (np.log(2.0 * np.pi * spread) + innovation**2 / spread)
+        for a in range(d):
+            x[a] += gain[a] * innovation / spread
+            for b in range(a + 1):
+                P[a, b] -= gain[a] * gain[b] / spread
+                P[b, a] = P[a, b]
+    return log_density
 
 
 @numba.njit(cache=True)
@@ -79,11 +98,12 @@ def run_smoother(
     cross: FloatArray,
 ) -> None:
     """Rauch-Tung-Striebel pass; writes means, covariances, and Cov(x_t, x_t+1) into cross."""
-    T = filtered.shape[0]
+    T, d = filtered.shape
+    J = np.empty((d, d))
     smoothed[T - 1] = filtered[T - 1]
     smoothed_cov[T - 1] = filtered_cov[T - 1]
     for t in range(T - 2, -1, -1):
-        J = _gain(filtered_cov[t], F[t], predicted_cov[t + 1])
+        _gain(filtered_cov[t], F[t], predicted_cov[t + 1], J)
         smoothed[t] = filtered[t] + J @ (smoothed[t + 1] - predicted[t + 1])
         change = smoothed_cov[t + 1] - predicted_cov[t + 1]
         P = filtered_cov[t] + J @ change @ J.T
@@ -104,13 +124,33 @@ def backward_map(
     delta_t = gains_t delta_(t+1) + roots_t z_t, backwards from delta_T = roots_T z_T: writes
     gains (T - 1, d, d) and roots (T, d, d).
     """
-    T = filtered_cov.shape[0]
+    T, d = filtered_cov.shape[:2]
+    left = np.empty((d, d))
     roots[T - 1] = semidefinite_root(filtered_cov[T - 1])
     for t in range(T - 1):
-        J = _gain(filtered_cov[t], F[t], predicted_cov[t + 1])
-        P = filtered_cov[t] - J @ predicted_cov[t + 1] @ J.T
-        gains[t] = J
-        roots[t] = semidefinite_root(0.5 * (P + P.T))
+        half = _gain(filtered_cov[t], F[t], predicted_cov[t + 1], gains[t])
+        for a in range(d):
+            for b in range(a + 1):
+                s = filtered_cov[t, a, b]
+                for k in range(d):
+                    s -= half[k, a] * half[k, b]
+                left[a, b] = left[b, a] = s
+        roots[t] = semidefinite_root(left)
+
+
+@numba.njit(cache=True)
+def smoothed_mean(
+    gains: FloatArray, predicted: FloatArray, filtered: FloatArray, mean: FloatArray
+) -> None:
+    """Write the smoothed means (T, d) from the gains (T - 1, d, d) of `backward_map`."""
+    T, d = filtered.shape
+    mean[T - 1] = filtered[T - 1]
+    for t in range(T - 2, -1, -1):
+        for a in range(d):
+            s = filtered[t, a]
+            for b in range(d):
+                s += gains[t, a, b] * (mean[t + 1, b] - predicted[t + 1, b])
+            mean[t, a] = s
 
 
 @numba.njit(cache=True)
@@ -151,29 +191,29 @@ def gather(gains: FloatArray, roots: FloatArray, slope: FloatArray, out: FloatAr
 
 
 @numba.njit(cache=True)
-def _gain(P: FloatArray, F: FloatArray, ahead: FloatArray) -> FloatArray:
-    """P F' ahead^-1, with no gain along directions in which `ahead` has no spread."""
+def _gain(P: FloatArray, F: FloatArray, ahead: FloatArray, J: FloatArray) -> FloatArray:
+    """Write J = P F' ahead^-1, with no gain along directions in which `ahead` has no spread.
+
+    Returns L^-1 F P, with L the root of `ahead`: its square is J ahead J'.
+    """
     d = P.shape[0]
     L = semidefinite_root(ahead)
-    right = F @ P
+    half = np.empty((d, d))
     # forward and backward substitution, column by column
-    out = np.empty((d, d))
     for k in range(d):
-        y = np.zeros(d)
         for a in range(d):
-            s = right[a, k]
+            s = 0.0
+            for b in range(d):
+                s += F[a, b] * P[b, k]
             for b in range(a):
-                s -= L[a, b] * y[b]
-            y[a] = s / L[a, a] if L[a, a] > 0.0 else 0.0
-        x = np.zeros(d)
+                s -= L[a, b] * half[b, k]
+            half[a, k] = s / L[a, a] if L[a, a] > 0.0 else 0.0
         for a in range(d - 1, -1, -1):
-            s = y[a]
+            s = half[a, k]
             for b in range(a + 1, d):
-                s -= L[b, a] * x[b]
-            x[a] = s / L[a, a] if L[a, a] > 0.0 else 0.0
-        for a in range(d):
-            out[k, a] = x[a]
-    return out
+                s -= L[b, a] * J[k, b]
+            J[k, a] = s / L[a, a] if L[a, a] > 0.0 else 0.0
+    return half
 
 
 @numba.njit(cache=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg import arviz_adapter
+from probreg._resampling import systematic
 from probreg.errors import InvalidInputError
 from probreg.moves import LaplaceT
 from probreg.posterior import Posterior
@@ -74,7 +75,7 @@ class Importance:
             raise InvalidInputError("no proposal has a finite density; check data and box.")
         weights, k = arviz_adapter.smooth_weights(ratios)
         share = np.exp(weights)
-        chosen = rng.permutation(_systematic(share, wanted, rng))
+        chosen = rng.permutation(systematic(share, wanted, rng))
         shape = (num_chains, num_draws)
         facts = {
             "pareto_k": k,
@@ -84,10 +85,3 @@ class Importance:
         theta = posterior.natural(x[chosen]).reshape(*shape, posterior.dim)
         stats = {"log_prob": log_prob[chosen].reshape(shape)}
         return Draws(posterior, theta, stats, repr(self), 1.0, facts)
-
-
-def _systematic(share: np.ndarray, wanted: int, rng: np.random.Generator) -> np.ndarray:
-    """Numbers of resampled proposals: each appears within one of its expected count."""
-    edges = np.cumsum(share / share.sum())
-    edges[-1] = 1.0
-    return np.searchsorted(edges, (np.arange(wanted) + rng.random()) / wanted)

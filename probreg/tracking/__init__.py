@@ -1,6 +1,7 @@
 """Following a bias scan by scan."""
 
 from probreg.tracking._track import Track
+from probreg.tracking.particle_filter import ParticleFilter
 from probreg.tracking.scan_metropolis import ScanMetropolis
 from probreg.tracking.targets import (
     AccumulatedMemory,
@@ -15,6 +16,7 @@ __all__ = [
     "Flat",
     "GaussianMemory",
     "Literal",
+    "ParticleFilter",
     "ParticleMemory",
     "ScanMetropolis",
     "Track",
