@@ -219,10 +219,6 @@ class Trajectory:
         y = np.einsum("tmd,td->tm", self.H, path) + spread
         return path, replace(self, y=y)
 
-    def rescaled(self, factor: FloatArray) -> Trajectory:
-        """The same with the process noise of each state multiplied by factor (d,) in sd."""
-        return replace(self, Q=self.Q * np.outer(factor, factor))
-
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, float]:
         """V (T, m), A (T, m, d) and the sum of log |R|."""
@@ -235,19 +231,30 @@ class Trajectory:
         """The Kalman filter under Gaussian noise, kept after the first call."""
         return self.filter()
 
-    def filter(self, weights: FloatArray | None = None) -> Filtered:
-        """Kalman filter; `weights` (T, m) divide the variance of each whitened component."""
+    def filter(
+        self, weights: FloatArray | None = None, step_scale: FloatArray | None = None
+    ) -> Filtered:
+        """Kalman filter.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (T, m), optional
+            Divide the variance of each whitened component.
+        step_scale : ndarray, shape (d,), optional
+            Multiply the standard deviation of each state's process noise.
+        """
         v, A, log_det = self.whitened
         T, d = len(self), A.shape[2]
         assert self.present is not None
         used = self.present if weights is None else self.present * weights
+        Q = self.Q if step_scale is None else self.Q * np.outer(step_scale, step_scale)
         means, covariances = np.empty((2, T, d)), np.empty((2, T, d, d))
         log_likelihood = _kalman.run_filter(
             v,
             A,
             np.ascontiguousarray(used),
             np.ascontiguousarray(self.F),
-            np.ascontiguousarray(self.Q),
+            np.ascontiguousarray(Q),
             self.prior.mean,
             self.prior.covariance,
             means[0],
@@ -271,7 +278,9 @@ class Trajectory:
         F = np.ascontiguousarray(self.F)
         gains, roots = np.empty_like(F), np.empty_like(filtered.covariance)
         _kalman.backward_map(F, filtered.predicted_covariance, filtered.covariance, gains, roots)
-        return Backward(self.smooth(filtered).mean, gains, roots)
+        mean = np.empty_like(filtered.mean)
+        _kalman.smoothed_mean(gains, filtered.predicted, filtered.mean, mean)
+        return Backward(mean, gains, roots)
 
     def draw(
         self, rng: np.random.Generator, num_draws: int, filtered: Filtered | None = None

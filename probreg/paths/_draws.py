@@ -37,6 +37,8 @@ class PathDraws:
     sampler : str
     facts : mapping
         Of the run: acceptance, step.
+    step_scale : ndarray, shape (chain, draw, k), optional
+        Factors on the process noise that were sampled too.
     """
 
     posterior: PathPosterior
@@ -44,6 +46,7 @@ class PathDraws:
     stats: Mapping[str, FloatArray]
     sampler: str
     facts: Mapping[str, Any] = field(default_factory=dict)
+    step_scale: FloatArray | None = None
 
     @property
     def mean(self) -> FloatArray:
@@ -76,6 +79,8 @@ class PathDraws:
         if time is not None:
             coords["time"] = list(time)
         groups = {"posterior": {"path": self.path}}
+        if self.step_scale is not None and self.step_scale.shape[-1]:
+            groups["posterior"]["step_scale"] = self.step_scale
         if self.stats:
             groups["sample_stats"] = dict(self.stats)
         return arviz_adapter.inference_data(

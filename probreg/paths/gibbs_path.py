@@ -10,7 +10,9 @@ from probreg.errors import InvalidInputError
 from probreg.noise import ScaleMixture
 from probreg.path_posterior import PathPosterior
 from probreg.paths._draws import PathDraws, require_paths
+from probreg.paths._step_scale import StepScale, redraw
 from probreg.reweighting import per_component
+from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
@@ -21,9 +23,12 @@ class GibbsPath:
     ----------
     warmup : int
         Sweeps before the first draw.
+    unknown : tuple of StepScale
+        Factors on the process noise that are sampled too, the path integrated out.
     """
 
     warmup: int = 50
+    unknown: tuple[StepScale, ...] = ()
 
     def __post_init__(self) -> None:
         if self.warmup < 0:
@@ -52,15 +57,33 @@ class GibbsPath:
                 f"{noise!r} is not a Gaussian given a hidden precision. Take MetropolisPath or "
                 "NutsPath."
             )
-        model, size = posterior.trajectory, np.maximum(posterior.row_sizes, 1)
         kept = np.empty((num_chains, num_draws, *posterior.shape))
+        factors = np.empty((num_chains, num_draws, len(self.unknown)))
         start = posterior.reference.paths(rng.standard_normal((num_chains, *posterior.shape)))
         for c in range(num_chains):
-            path = start[c]
+            path, log_factors = start[c], np.log([scale.median for scale in self.unknown])
             for k in range(-self.warmup, num_draws):
-                v = posterior.residual(path)
-                precision = per_component(noise.draw_precision(rng, v, size), v)
-                path = model.draw(rng, 1, model.filter(precision.reshape(model.y.shape)))[0]
+                path = self._sweep(posterior, path, log_factors, rng)
                 if k >= 0:
-                    kept[c, k] = path
-        return PathDraws(posterior, kept, {}, repr(self), {"warmup": self.warmup})
+                    kept[c, k], factors[c, k] = path, np.exp(log_factors)
+        facts = {"warmup": self.warmup}
+        return PathDraws(posterior, kept, {}, repr(self), facts, factors)
+
+    def _sweep(
+        self,
+        posterior: PathPosterior,
+        path: FloatArray,
+        log_factors: FloatArray,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Precisions given the path, factors given the precisions, and a path given both."""
+        noise, model = posterior.noise, posterior.trajectory
+        assert isinstance(noise, ScaleMixture)
+        v = posterior.residual(path)
+        drawn = noise.draw_precision(rng, v, np.maximum(posterior.row_sizes, 1))
+        weights = per_component(drawn, v).reshape(model.y.shape)
+        if self.unknown:
+            filtered = redraw(model, weights, self.unknown, log_factors, rng)
+        else:
+            filtered = model.filter(weights)
+        return model.draw(rng, 1, filtered)[0]

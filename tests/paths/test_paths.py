@@ -9,12 +9,12 @@ import pytest
 
 import probreg.paths
 from probreg import GaussianPrior, arviz_adapter
-from probreg.diagnostics import Ranks
+from probreg.diagnostics import Ranks, binomial_limits
 from probreg.discovery import public_classes
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Hyperbolic, StudentT
 from probreg.path_posterior import PathPosterior
-from probreg.paths import ExactPath, GibbsPath, MetropolisPath, NutsPath
+from probreg.paths import ExactPath, GibbsPath, MetropolisPath, NutsPath, StepScale
 from probreg.samplers import Nuts
 from probreg.trajectory import Trajectory
 from tests.judge import limit
@@ -242,3 +242,76 @@ def test_what_was_not_reported_does_not_count_wherever_it_stands(law):
 def test_nuts_needs_a_few_draws():
     with pytest.raises(InvalidInputError, match="at least 4 draws"):
         NutsPath().sample(PathPosterior(make(), Gaussian()), 2, 1, rng())
+
+
+def test_small_blocks_leave_the_same_distribution():
+    # 42 scores, family-wise 1e-4; blocks of two scans with edges at random
+    model = make()
+    mean, covariance, _ = dense(model)
+    sampler = MetropolisPath(block=2)
+    draws = sampler.sample(PathPosterior(model, Gaussian()), 1200, 16, rng())
+    found = scores(draws, mean, np.diag(covariance))
+    assert np.abs(found).max() < limit(found, 1e-4)
+
+
+def step_scale_quadrature(model, scale, states):
+    """Mean and variance of the log factor by quadrature over the marginal likelihood."""
+    x = np.linspace(-6.0, 5.0, 400)
+    on = np.array([float(name in states) for name in model.names])
+    height = -0.5 * (x - np.log(scale.median)) ** 2 / scale.spread**2
+    for k, factor in enumerate(np.exp(x[:, None] * on)):
+        scaled = dataclasses.replace(model, Q=model.Q * np.outer(factor, factor))
+        height[k] += dense(scaled)[2]
+    weight = np.exp(height - height.max())
+    weight /= weight.sum()
+    mean = weight @ x
+    return mean, weight @ (x - mean) ** 2
+
+
+def test_unknown_process_noise_agrees_with_quadrature():
+    # mean and mean square of the log factor, limit 4 standard errors
+    scale = StepScale(("state[0]", "state[1]"), median=0.7, spread=0.8)
+    model = make(T=6, d=2, seed=8)
+    model = dataclasses.replace(model, Q=model.Q * 0.1)
+    mean, variance = step_scale_quadrature(model, scale, scale.states)
+    sampler = GibbsPath(unknown=(scale,))
+    draws = sampler.sample(PathPosterior(model, Gaussian()), 1500, 4, rng())
+    away = np.log(draws.step_scale[..., 0]) - mean
+    for x, target in ((away, 0.0), (away**2, variance)):
+        ess = arviz_adapter.ess(x, "mean")
+        assert ess > 1000
+        assert abs(x.mean() - target) < 4.0 * x.std() / np.sqrt(ess)
+    assert draws.to_arviz()["posterior"]["step_scale"].shape == (4, 1500, 1)
+    # negative control: the prior alone is another distribution
+    assert abs(away.mean() + mean - np.log(0.7)) > 4.0 * away.std() / np.sqrt(1000)
+
+
+def test_process_noise_is_found_under_student_noise():
+    # 30 series of 80 scans with three times the assumed sd: 90 % intervals, limits at 1e-3
+    law, one = StudentT(4.0), np.ones((80, 1, 1))
+    prior = GaussianPrior.from_sd(np.array([2.0]))
+    model = Trajectory(np.zeros((80, 1)), one, one, one[:-1], one[:-1], prior)
+    sampler = GibbsPath(warmup=100, unknown=(StepScale(("state[0]",)),))
+    held = 0
+    for seed in range(30):
+        factor = np.exp(rng(seed).normal())
+        true = dataclasses.replace(model, Q=model.Q * factor**2)
+        data = dataclasses.replace(true.simulate(law, rng(seed))[1], Q=model.Q)
+        draws = sampler.sample(PathPosterior(data, law), 200, 1, rng(seed))
+        low, high = np.quantile(draws.step_scale, [0.05, 0.95])
+        held += low <= factor <= high
+    low, high = binomial_limits(30, 0.9, 1e-3)
+    assert low <= held / 30 <= high
+
+
+def test_step_scales_are_checked():
+    model = make()
+    for scale, text in (
+        (StepScale(("nothing",)), "no state"),
+        (StepScale(("state[0]",)), "no process noise to scale"),
+    ):
+        data = dataclasses.replace(model, Q=0.0 * model.Q)
+        with pytest.raises(InvalidInputError, match=text):
+            GibbsPath(unknown=(scale,)).sample(PathPosterior(data, Gaussian()), 5, 1, rng())
+    with pytest.raises(InvalidInputError, match="spread"):
+        StepScale(("a",), spread=0.0)
