@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from probreg import ReportProblem
 from probreg.estimators import Recursive
-from probreg.estimators._recursion import recurse
+from probreg.estimators._recursion import Moves, recurse
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import NoiseLaw
@@ -63,10 +63,11 @@ def compiled_only(problem: RegistrationProblem, law: NoiseLaw) -> Callable[[], N
     weights, path, none = np.empty((n, 3)), np.empty((n, 6)), np.empty((0, 6, 6))
     params = law.constants
     weight = compile_scalar(type(law).weight_function)
+    still = Moves(np.full(n, -1), np.empty((0, 6, 6)), np.empty((0, 6, 6)), 1.0)
 
     def run() -> None:
         theta, root = np.zeros(6), 1e3 * np.eye(6)
-        recurse(rows.v, A, rows.size, weight, params, 1.0, law.componentwise,
+        recurse(rows.v, A, rows.size, weight, params, 1.0, law.componentwise, still,
                 theta, root, weights, path, none)  # fmt: skip
 
     return run

@@ -72,7 +72,7 @@ def test_steps_of_the_target():
 def test_a_gauge_is_explained():
     data, _, target = scene()
     with pytest.raises(UnobservableError, match="only differences are determined"):
-        follow_target(data, target, {name: (WALK, BIAS) for name in ("sensor", "reference")})
+        follow_target(data, target, dict.fromkeys(("sensor", "reference"), (WALK, BIAS)))
     with pytest.raises(InvalidInputError, match="the sensors are"):
         follow_target(data, target, {"other": (WALK, BIAS)})
     with pytest.raises(InvalidInputError, match="needs the times"):

@@ -8,12 +8,32 @@ stays positive definite whatever the units.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
+from probreg._kalman import semidefinite_root
 from probreg.typing import FloatArray, IntArray
+
+
+class Moves(NamedTuple):
+    """How the unknowns move before each row.
+
+    Attributes
+    ----------
+    at : ndarray of int, shape (n,)
+        Which step comes before a row; -1 for none.
+    F, Q : ndarray, shape (k, p, p)
+        The different steps.
+    grow : float
+        Factor on P at each step.
+    """
+
+    at: IntArray
+    F: FloatArray
+    Q: FloatArray
+    grow: float
 
 
 @numba.njit(cache=True)
@@ -25,6 +45,7 @@ def recurse(
     params: FloatArray,
     unit: float,
     componentwise: bool,
+    moves: Moves,
     theta: FloatArray,
     S: FloatArray,
     weights: FloatArray,
@@ -41,6 +62,11 @@ def recurse(
     f = np.empty(p, dtype=v.dtype)
     g = np.empty(p, dtype=v.dtype)
     for i in range(n):
+        if moves.at[i] >= 0:
+            F = moves.F[moves.at[i]]
+            theta[:] = F @ theta
+            FS = F @ S
+            S[:] = semidefinite_root(moves.grow * (FS @ FS.T) + moves.Q[moves.at[i]])
         d2 = 0.0
         for c in range(size[i]):
             e = v[i, c]

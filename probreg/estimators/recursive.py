@@ -7,9 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from probreg.dynamics import Constant, Dynamics
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate
-from probreg.estimators._recursion import recurse
+from probreg.estimators._recursion import Moves, recurse
 from probreg.noise import Hyperbolic, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law
@@ -51,11 +52,17 @@ class Recursive:
         Keep P after each row in `info["covariance_path"]`, shape (n, p, p).
     precision : {"double", "single"}
         Floating-point type of the recursion.
+    dynamics : Dynamics
+        How the unknowns drift from one time to the next; by default they are constant. Under
+        Gaussian noise the recursion is then the Kalman filter.
+    forgetting : float
+        Factor in (0, 1] by which the information of all rows before shrinks from one time
+        to the next: the classic way to follow a drift whose size is not known.
 
     Raises
     ------
     InvalidInputError
-        omega not above zero, a law with array parameters.
+        omega not above zero, a law with array parameters, forgetting outside (0, 1].
 
     References
     ----------
@@ -67,12 +74,16 @@ class Recursive:
     max_passes: int = 10
     covariance_path: bool = False
     precision: Literal["double", "single"] = "double"
+    dynamics: Dynamics = field(default_factory=Constant)
+    forgetting: float = 1.0
 
     def __post_init__(self) -> None:
         positive_number("omega", self.omega)
         require_scalar_law(self.noise)
         if self.max_passes < 1:
             raise InvalidInputError(f"max_passes is {self.max_passes}; at least one is needed.")
+        if not 0.0 < self.forgetting <= 1.0:
+            raise InvalidInputError(f"forgetting is {self.forgetting}; it must lie in (0, 1].")
         if self.precision not in ("double", "single"):
             raise InvalidInputError(f"precision is {self.precision!r}; 'double' or 'single'.")
 
@@ -147,6 +158,7 @@ class Recursive:
             params,
             float(self.noise.unit),
             self.noise.componentwise,
+            self._moves(linear, order, unit, dtype),
             theta,
             root,
             weights,
@@ -174,6 +186,25 @@ class Recursive:
             linear.names,
             linear.units,
         )
+
+    def _moves(
+        self, linear: RegistrationProblem, order: IntArray, unit: FloatArray, dtype: Any
+    ) -> Moves:
+        """The steps between rows of different times, in scaled units."""
+        n, p = len(order), len(unit)
+        at = np.full(n, -1)
+        if isinstance(self.dynamics, Constant) and self.forgetting == 1.0:
+            empty = np.zeros((0, p, p), dtype=dtype)
+            return Moves(at, empty, empty, 1.0)
+        if linear.time is None:
+            raise InvalidInputError("unknowns that drift need the times of the rows.")
+        gaps = np.diff(linear.time[order])
+        intervals, which = np.unique(gaps[gaps > 0.0], return_inverse=True)
+        at[1:][gaps > 0.0] = which
+        steps = [self.dynamics.step(p, float(interval)) for interval in intervals]
+        F = np.array([F for F, _ in steps]).reshape(-1, p, p) * (unit / unit[:, None])
+        Q = np.array([Q for _, Q in steps]).reshape(-1, p, p) / np.outer(unit, unit)
+        return Moves(at, F.astype(dtype), Q.astype(dtype), 1.0 / self.forgetting)
 
     def _start(
         self, problem: Problem, prior: GaussianPrior | None

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.linalg import sqrtm
 
 from probreg import GaussianPrior, RegistrationProblem, ReportProblem
+from probreg.dynamics import LinearGaussian, RandomWalk
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import LeastSquares, Recursive
 from probreg.estimators.recursive import innovation_covariances
 from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Hyperbolic, StudentT
+from probreg.trajectory import Trajectory
 from tests.conftest import PAIR_BIAS, linear_problem, polar_reports, radar_pair
 
 PAPER_UNITS = np.array([1.0, 1e-3, 1e-3] * 2)
@@ -213,3 +217,62 @@ def test_settings_are_checked():
     problem, _ = linear_problem(1)
     with pytest.raises(InvalidInputError, match="2 entries"):
         Recursive().estimate(problem, GaussianPrior(np.zeros(2), np.eye(2)))
+
+
+def drifting(n=40, p=2, seed=5):
+    """Rows at irregular times, two at some of them."""
+    generator = np.random.default_rng(seed)
+    time = np.sort(generator.choice(np.arange(30.0), n))
+    problem = linear_problem(seed, n, 2, p).problem
+    return dataclasses.replace(problem, time=time)
+
+
+TURN = LinearGaussian(np.array([[1.0, 0.4], [0.0, 0.9]]), 0.2 * np.eye(2))
+
+
+@pytest.mark.parametrize("dynamics", [RandomWalk(np.array([0.3, 0.1])), TURN], ids=repr)
+def test_with_dynamics_it_is_the_kalman_filter(dynamics):
+    problem = drifting()
+    prior = GaussianPrior(np.array([1.0, -1.0]), np.array([[2.0, 0.3], [0.3, 1.0]]))
+    found = Recursive(Gaussian(), dynamics=dynamics).estimate(problem, prior)
+    exact = Trajectory.drifting(problem, dynamics, prior).filter()
+    last = np.flatnonzero(np.append(np.diff(problem.time) > 0.0, True))
+    np.testing.assert_allclose(found.path[last], exact.mean, atol=1e-9)
+    np.testing.assert_allclose(found.covariance, exact.covariance[-1], atol=1e-9)
+
+
+def test_forgetting_is_discounted_least_squares():
+    # one row a time: after the last row each row counts forgetting^(age)
+    problem, forgetting = dataclasses.replace(drifting(), time=np.arange(40.0)), 0.9
+    found = Recursive(Gaussian(), omega=1e12, forgetting=forgetting).estimate(problem)
+    rows = problem.whitened()
+    weight = np.repeat(np.sqrt(forgetting ** np.arange(39, -1, -1.0)), 2)
+    A, v = rows.A.reshape(-1, 2) * weight[:, None], rows.v.ravel() * weight
+    np.testing.assert_allclose(found.theta, np.linalg.lstsq(A, v, rcond=None)[0], rtol=1e-6)
+
+
+def test_a_robust_law_follows_a_drift_through_outliers():
+    # 200 scans of two rows, every tenth scan 50 sigma off: twice the error of clean data is plenty
+    generator, n = np.random.default_rng(1), 400
+    time = np.repeat(np.arange(200.0), 2)
+    steps = RandomWalk(np.array([0.04, 0.04]))
+    truth = np.cumsum(0.2 * generator.standard_normal((200, 2)), axis=0)[time.astype(int)]
+    noise = generator.standard_normal((n, 2))
+    y = truth + np.where((np.arange(n) % 10 == 0)[:, None], 50.0, 1.0) * noise
+    eye = np.tile(np.eye(2), (n, 1, 1))
+    error = {}
+    for name, law in (("t", StudentT(4.0)), ("ralad", Hyperbolic()), ("rls", Gaussian())):
+        path = Recursive(law, dynamics=steps).estimate(RegistrationProblem(y, eye, eye, time)).path
+        error[name] = np.sqrt(np.mean((path[50:] - truth[50:]) ** 2))
+    clean = RegistrationProblem(truth + noise, eye, eye, time)
+    path = Recursive(Gaussian(), dynamics=steps).estimate(clean).path
+    best = np.sqrt(np.mean((path[50:] - truth[50:]) ** 2))
+    assert error["t"] < 2.0 * best < error["rls"]
+    assert error["ralad"] < error["rls"]
+
+
+def test_drift_needs_times_and_forgetting_a_share():
+    with pytest.raises(InvalidInputError, match="need the times"):
+        Recursive(forgetting=0.9).estimate(linear_problem(1).problem)
+    with pytest.raises(InvalidInputError, match="forgetting is"):
+        Recursive(forgetting=1.5)
