@@ -19,7 +19,8 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 class RaladScene:
     """Every number of the scene; defaults are case 1.
 
-    Angles in degrees here, at the edge; radians inside.
+    Angles in degrees here, at the edge; radians inside. The paper's biases are constant; with a
+    drift above zero each walks from its value at the first scan, by so much in a root second.
     """
 
     pairs: int = 4
@@ -40,6 +41,8 @@ class RaladScene:
     bias_range_m: float = 20.0
     bias_azimuth_deg: float = -0.5
     bias_elevation_deg: float = 0.5
+    drift_range_m: float = 0.0
+    drift_angle_deg: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0 <= 2 * self.pairs <= self.targets:
@@ -68,6 +71,12 @@ class RaladScene:
         )
         return np.concatenate([own, -own])
 
+    @property
+    def drift_rate(self) -> FloatArray:
+        """Variance that each bias gains in a second, shape (6,)."""
+        angle = np.deg2rad(self.drift_angle_deg)
+        return np.tile([self.drift_range_m**2, angle**2, angle**2], 2)
+
 
 CASES = {
     0: RaladScene(pairs=0, exchanged_share=0.0, outlier_rate=0.0),
@@ -83,6 +92,9 @@ class RaladTruth:
     Attributes
     ----------
     bias : ndarray, shape (6,)
+        At the first scan.
+    path : ndarray, shape (scans, 6)
+        At every scan.
     positions : tuple of two ndarray, shape (n, 3)
         True position of the target behind each sensor's report.
     exchanged : ndarray of bool, shape (n,)
@@ -92,6 +104,7 @@ class RaladTruth:
     """
 
     bias: FloatArray
+    path: FloatArray
     positions: tuple[FloatArray, FloatArray]
     exchanged: BoolArray
     outlier: BoolArray
@@ -122,8 +135,10 @@ def simulate(scene: RaladScene, rng: np.random.Generator) -> tuple[AssociatedRep
     own = np.tile(np.arange(scene.targets), scene.scans)
     scan = np.repeat(np.arange(scene.scans), scene.targets)
     tracks = np.stack([own, partner.ravel()], axis=1)
+    path = _drift(scene, rng)
     values, outliers, seen = [], [], []
-    for sensor, bias, track in zip(scene.sensors, scene.bias.reshape(2, 3), tracks.T, strict=True):
+    biases = np.split(path[scan], 2, axis=1)
+    for sensor, bias, track in zip(scene.sensors, biases, tracks.T, strict=True):
         truth = positions[scan, track]
         outlier = rng.random((n, 3)) < scene.outlier_rate
         stretch = np.where(outlier, scene.outlier_factor, 1.0)
@@ -132,7 +147,7 @@ def simulate(scene: RaladScene, rng: np.random.Generator) -> tuple[AssociatedRep
         seen.append(truth)
     data = AssociatedReports(scene.sensors, tuple(values), scan * scene.scan_interval_s, tracks)
     exchanged = tracks[:, 0] != tracks[:, 1]
-    return data, RaladTruth(scene.bias, (seen[0], seen[1]), exchanged, np.hstack(outliers))
+    return data, RaladTruth(scene.bias, path, (seen[0], seen[1]), exchanged, np.hstack(outliers))
 
 
 def _fly(scene: RaladScene, rng: np.random.Generator) -> FloatArray:
@@ -153,6 +168,16 @@ def _fly(scene: RaladScene, rng: np.random.Generator) -> FloatArray:
     ground = start + scene.speed_m_s * time[:, None, None] * heading
     level = np.broadcast_to(height[:, None], (scene.scans, scene.targets, 1))
     return np.concatenate([ground, level], axis=2)
+
+
+def _drift(scene: RaladScene, rng: np.random.Generator) -> FloatArray:
+    """Biases of each scan, shape (scans, 6): constant, or a random walk."""
+    rate = scene.drift_rate
+    if not rate.any():
+        return np.tile(scene.bias, (scene.scans, 1))
+    steps = rng.standard_normal((scene.scans, 6)) * np.sqrt(rate * scene.scan_interval_s)
+    steps[0] = 0.0
+    return scene.bias + np.cumsum(steps, axis=0)
 
 
 def _pairing(scene: RaladScene, rng: np.random.Generator) -> IntArray:

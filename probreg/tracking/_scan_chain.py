@@ -36,11 +36,12 @@ def run_scan(
     The target is the rows' density, v (m,), A (m, d) in rows of `width` components, times a
     prior that is flat (no centre), or Gaussian about one of the centres (k, d), each of which
     is as likely; which one is a state of the chain too (`member`). `prior_root` whitens it.
+    A local step is `step` (d, d), lower triangular, times normal numbers.
     Proposals outside the box (d, 2) are rejected and the state repeated. `sign` -1 turns the
     rows' density upside down. Returns the number of accepted proposals.
     """
     d, k = x.size, centres.shape[0]
-    proposed = np.empty(d)
+    proposed, z = np.empty(d), np.empty(d)
     height = _log_target(v, A, width, kernel, params, unit, sign, x)
     height += _log_prior(centres, prior_root, x, member)
     accepted = 0
@@ -48,10 +49,14 @@ def run_scan(
         everywhere = rng.random() < share_global
         inside = True
         for a in range(d):
+            z[a] = rng.random() if everywhere else rng.standard_normal()
+        for a in range(d):
             if everywhere:
-                proposed[a] = box[a, 0] + (box[a, 1] - box[a, 0]) * rng.random()
+                proposed[a] = box[a, 0] + (box[a, 1] - box[a, 0]) * z[a]
             else:
-                proposed[a] = x[a] + step[a] * rng.standard_normal()
+                proposed[a] = x[a]
+                for b in range(a + 1):
+                    proposed[a] += step[a, b] * z[b]
             if proposed[a] < box[a, 0] or proposed[a] > box[a, 1]:
                 inside = False
         other = member if k < 2 else int(rng.random() * k)

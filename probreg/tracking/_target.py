@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -36,15 +37,27 @@ class Memory(NamedTuple):
     draws: FloatArray | None
 
 
-class ScanTarget(Protocol):
-    """How a tracker uses the past."""
+class ScanTarget(ABC):
+    """How a tracker uses the past.
 
-    @property
-    def sign(self) -> float:
-        """1, or -1 to turn the rows' density upside down."""
+    Attributes
+    ----------
+    sign : float
+        1, or -1 to turn the rows' density upside down.
+    gaussian_only : bool
+        Whether what is taken over is right under Gaussian noise only.
+    """
 
+    sign: ClassVar[float] = 1.0
+    gaussian_only: ClassVar[bool] = False
+
+    def first(self, scan: int) -> int:
+        """The first scan whose rows the chain of `scan` looks at: by default its own."""
+        return scan
+
+    @abstractmethod
     def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
-        """What is believed before scan number `scan`."""
+        """What is believed before those rows."""
 
 
 def flat(d: int) -> ScanPrior:

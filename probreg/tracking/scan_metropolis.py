@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
+from probreg import _kalman
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Gaussian, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law
 from probreg.tracking._scan_chain import run_scan
-from probreg.tracking._target import Memory, ScanTarget
+from probreg.tracking._target import Memory, ScanPrior, ScanTarget
 from probreg.tracking._track import Track
 from probreg.tracking.targets import Flat
 from probreg.trajectory import Trajectory
@@ -33,13 +34,13 @@ class ScanMetropolis:
     ----------
     target : ScanTarget
         What a scan takes over from those before: `Flat`, `GaussianMemory`, `ParticleMemory`,
-        `AccumulatedMemory`; `Literal` shows the paper's printed density.
+        `AccumulatedMemory`, `AllScans`; `Literal` shows the paper's printed density.
     noise : NoiseLaw
     steps, burn_in : int
         Proposals a scan, and how many of the first states are left out.
     step : float or ndarray, shape (d,), optional
-        Standard deviation of a local step; by default 2.38 / sqrt(d) posterior standard
-        deviations of one scan with what it takes over.
+        Standard deviation of a local step; by default 2.38 / sqrt(d) times the root of the
+        posterior covariance of one scan with what it takes over.
     share_global : float
         beta, in [0, 1].
     gamma : float
@@ -48,6 +49,8 @@ class ScanMetropolis:
         Bounds of the bias.
     start : ndarray, shape (d,), optional
         First state; by default the prior's mean.
+    warm_start : bool
+        Begin each scan where the last one ended, or at `start`.
     estimate : {"mean", "last"}
         Chain mean after burn-in, or the paper's last state.
 
@@ -72,6 +75,7 @@ class ScanMetropolis:
     gamma: float = 1.0
     box: FloatArray | float = 2_000.0
     start: FloatArray | None = None
+    warm_start: bool = True
     estimate: Literal["mean", "last"] = "mean"
 
     def __post_init__(self) -> None:
@@ -102,13 +106,19 @@ class ScanMetropolis:
             `draws` of every scan after burn-in; `outside` counts the scans whose draws reach
             within a hundredth of the box from its edge: widen it.
         """
+        if self.target.gaussian_only and not isinstance(self.noise, Gaussian):
+            raise InvalidInputError(
+                f"{type(self.target).__name__} keeps what scans say under Gaussian noise; under "
+                f"{type(self.noise).__name__} take AllScans, or GaussianMemory for a drift."
+            )
         T, d = len(model), len(model.names)
         v, A, _ = model.whitened
         assert model.present is not None
         width = 1 if self.noise.componentwise else model.width
         box = self._box(d)
         x = (model.prior.mean if self.start is None else np.asarray(self.start)).astype(float)
-        x = finite_array("start", x, (d,)).copy()
+        start = finite_array("start", x, (d,))
+        x = start.copy()
         kernel = compile_scalar(type(self.noise).kernel_function)
         params = self.noise.constants
         draws = np.empty((T, self.steps, d))
@@ -116,13 +126,17 @@ class ScanMetropolis:
         accepted, memory = np.zeros(T), Memory(None)
         last = np.empty((T, d))
         for t in range(T):
-            prior = self.target.prior(model, t, memory)
-            seen = np.repeat(model.present[t].reshape(-1, width).any(axis=1), width)
-            rows, slopes = np.ascontiguousarray(v[t][seen]), np.ascontiguousarray(A[t][seen])
+            prior = self._prior(model, t, memory)
+            if not self.warm_start:
+                x[:] = start
+            used = slice(self.target.first(t), t + 1)
+            present = model.present[used].reshape(-1, width).any(axis=1)
+            rows = v[used].reshape(-1, width)[present].ravel()
+            slopes = A[used].reshape(-1, width, d)[present].reshape(-1, d)
             taken = run_scan(
                 rng, rows, slopes, width, kernel, params, float(self.noise.unit),
                 self.target.sign, np.ascontiguousarray(prior.centres), prior.root, box,
-                self.share_global, self._steps(slopes, prior.root, len(prior.centres)),
+                self.share_global, self._steps(slopes, width, prior),
                 self.gamma, x, 0, draws[t], members,
             )  # fmt: skip
             accepted[t], last[t] = taken / self.steps, x
@@ -135,6 +149,16 @@ class ScanMetropolis:
         facts = {"acceptance": accepted, "at_edge": outside}
         return Track(model.names, mean, kept, self.gamma, facts)
 
+    def _prior(self, model: Trajectory, t: int, memory: Memory) -> ScanPrior:
+        try:
+            return self.target.prior(model, t, memory)
+        except np.linalg.LinAlgError:
+            raise InvalidInputError(
+                f"the draws of scan {t - 1} span no volume: its chain hardly moved, and nothing "
+                "drifts that would spread them. Take more steps, or AccumulatedMemory for "
+                "unknowns that are constant."
+            ) from None
+
     def _box(self, d: int) -> FloatArray:
         box = np.asarray(self.box, dtype=float)
         if box.ndim == 0:
@@ -144,14 +168,16 @@ class ScanMetropolis:
             raise InvalidInputError(f"box must be a number or ({d}, 2), lower below upper.")
         return box
 
-    def _steps(self, slopes: FloatArray, root: FloatArray, centres: int) -> FloatArray:
-        """Step lengths (d,): given, or from the curvature of one scan and what it takes over."""
+    def _steps(self, slopes: FloatArray, width: int, prior: ScanPrior) -> FloatArray:
+        """Root (d, d) of the steps' covariance: given, or of one scan with what it takes over."""
         d = slopes.shape[1]
         if self.step is not None:
-            return np.broadcast_to(np.asarray(self.step, dtype=float), (d,)).copy()
-        width = 1 if self.noise.componentwise else len(slopes)
-        precision = self.noise.information_factor(max(width, 1)) * slopes.T @ slopes
-        if centres:
-            precision = precision + root.T @ root
-        sd = np.sqrt(np.diag(np.linalg.pinv(precision)))
-        return 2.38 / np.sqrt(d * self.gamma) * sd
+            return np.diag(np.broadcast_to(np.asarray(self.step, dtype=float), (d,)))
+        precision = self.noise.information_factor(width) * slopes.T @ slopes
+        if len(prior.centres):
+            precision = precision + prior.root.T @ prior.root
+        # unknowns of different units: pivots are judged on the correlation
+        scale = np.sqrt(np.maximum(np.diag(precision), np.finfo(float).tiny))
+        inverse = np.linalg.pinv(precision / np.outer(scale, scale), hermitian=True)
+        covariance = inverse / np.outer(scale, scale)
+        return 2.38 / np.sqrt(d * self.gamma) * _kalman.semidefinite_root(covariance)

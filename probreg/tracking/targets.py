@@ -8,19 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.tracking._target import Memory, ScanPrior, flat, gaussian, moments
+from probreg.tracking._target import Memory, ScanPrior, ScanTarget, flat, gaussian, moments
 from probreg.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class Flat:
+class Flat(ScanTarget):
     """Nothing: each scan by itself, the paper as it is meant.
 
     A warm start is an initial value and not a prior, so the error has a floor at that of one
     scan.
     """
-
-    sign: ClassVar[float] = 1.0
 
     def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
         """Flat."""
@@ -38,10 +36,8 @@ class Literal(Flat):
 
 
 @dataclass(frozen=True)
-class GaussianMemory:
+class GaussianMemory(ScanTarget):
     """A Gaussian fitted to the last scan's draws, moved on by the dynamics."""
-
-    sign: ClassVar[float] = 1.0
 
     def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
         """The trajectory's own prior at first, then mean and covariance of the draws moved on."""
@@ -53,7 +49,7 @@ class GaussianMemory:
 
 
 @dataclass(frozen=True)
-class ParticleMemory:
+class ParticleMemory(ScanTarget):
     """Draws of the last scan, each moved on by the dynamics: the chain chooses among them.
 
     Parameters
@@ -63,7 +59,6 @@ class ParticleMemory:
     """
 
     count: int = 400
-    sign: ClassVar[float] = 1.0
 
     def __post_init__(self) -> None:
         if self.count < 2:
@@ -92,13 +87,13 @@ class ParticleMemory:
 
 
 @dataclass(frozen=True)
-class AccumulatedMemory:
-    """The likelihood of all scans so far, by its sufficient statistics: exact under Gaussian noise.
+class AccumulatedMemory(ScanTarget):
+    """The likelihood of all scans so far, by its sufficient statistics: Gaussian noise only.
 
     For a constant bias, where moments refitted scan by scan lose their coverage.
     """
 
-    sign: ClassVar[float] = 1.0
+    gaussian_only: ClassVar[bool] = True
 
     def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
         """What the Kalman filter knows before the scan."""
@@ -106,3 +101,31 @@ class AccumulatedMemory:
             return gaussian(model.prior.mean, model.prior.covariance)
         known = model.filtered
         return gaussian(known.predicted[scan], known.predicted_covariance[scan])
+
+
+@dataclass(frozen=True)
+class AllScans(ScanTarget):
+    """The rows of all scans so far, for a bias that is constant: exact under any noise law.
+
+    No statistic holds what rows under such a law say, so a step costs as many rows as there
+    have been.
+    """
+
+    def first(self, scan: int) -> int:
+        """The first scan of all."""
+        return 0
+
+    def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
+        """The trajectory's own prior.
+
+        Raises
+        ------
+        InvalidInputError
+            The unknowns move.
+        """
+        moved = model.Q.any() or (np.eye(len(model.names)) != model.F).any()
+        if moved:
+            raise InvalidInputError(
+                "AllScans takes the unknowns for constant; they drift here. Take GaussianMemory."
+            )
+        return gaussian(model.prior.mean, model.prior.covariance)

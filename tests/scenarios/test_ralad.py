@@ -94,3 +94,15 @@ def test_impossible_scenes_are_refused():
         RaladScene(pairs=21)
     with pytest.raises(InvalidInputError, match="shares"):
         RaladScene(outlier_rate=5.0)
+
+
+def test_biases_drift_by_their_rate_and_reports_carry_them():
+    # 799 steps: variances within 4.4 standard errors of a chi-square, six of them
+    scene = RaladScene(drift_range_m=2.0, drift_angle_deg=0.05, outlier_rate=0.0)
+    data, truth = simulate(scene, np.random.default_rng(4))
+    np.testing.assert_array_equal(truth.path[0], scene.bias)
+    steps = np.diff(truth.path, axis=0) / np.sqrt(0.1 * scene.drift_rate)
+    assert np.abs((steps**2).mean(axis=0) - 1.0).max() < 4.4 * np.sqrt(2.0 / 799)
+    own = data.values[0] - scene.sensors[0].to_report(truth.positions[0])
+    left = (own - truth.path[np.repeat(np.arange(800), 40), :3]) / scene.sensors[0].sigmas
+    assert np.abs(left.mean(axis=0)).max() < 4.4 / np.sqrt(32_000)

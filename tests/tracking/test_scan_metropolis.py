@@ -13,6 +13,7 @@ from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Hyperbolic,
 from probreg.scenarios.uturn import UturnScene, simulate
 from probreg.tracking import (
     AccumulatedMemory,
+    AllScans,
     Flat,
     GaussianMemory,
     Literal,
@@ -240,3 +241,58 @@ def test_bad_settings_are_refused():
     model, _ = scene(drifting=False, scans=5)
     with pytest.raises(InvalidInputError, match="Q is singular"):
         ScanMetropolis(ParticleMemory()).track(model, rng())
+
+
+def test_a_cold_start_begins_each_scan_anew():
+    model, _ = scene(scans=40)
+    settings = {"steps": 20, "burn_in": 0, "step": 30.0, "share_global": 0.0}
+    start = np.array([1500.0, -1500.0])
+    warm, cold = (
+        ScanMetropolis(Flat(), start=start, warm_start=w, **settings).track(model, rng())
+        for w in (True, False)
+    )
+    np.testing.assert_array_equal(cold.draws[0], warm.draws[0])
+    assert np.abs(cold.draws[:, 0] - start).max() < 5.0 * 30.0
+    assert np.abs(warm.draws[39, 0] - start).max() > 500.0
+
+
+def test_all_scans_of_a_constant_bias_agree_with_quadrature_under_any_law():
+    # one bias, eight scans, Student-t; mean and variance after the last, limit 4.4 errors of 2
+    one, generator = np.ones((8, 1, 1)), rng(4)
+    y = 1.5 + StudentT(3.0).sample(generator, 8, 1)
+    prior = GaussianPrior.from_sd(np.array([2.0]))
+    model = Trajectory(y, one, one, one[:-1], 0.0 * one[:-1], prior)
+    x = np.linspace(-12.0, 12.0, 4001)
+    height = -0.125 * x**2 + sum(StudentT(3.0).log_density((v - x)[:, None]) for v in y[:, 0])
+    weight = np.exp(height - height.max())
+    weight /= weight.sum()
+    mean = weight @ x
+    tracker = ScanMetropolis(AllScans(), StudentT(3.0), 40_000, 1000, box=12.0)
+    draws = tracker.track(model, rng()).draws[-1, :, 0]
+    assert np.abs(judged(draws, mean, weight @ (x - mean) ** 2)).max() < 4.4
+    # negative control: what is kept under Gaussian noise is refused
+    with pytest.raises(InvalidInputError, match="take AllScans"):
+        ScanMetropolis(AccumulatedMemory(), StudentT(3.0)).track(model, rng())
+    drifting, _ = scene(scans=3)
+    with pytest.raises(InvalidInputError, match="they drift here"):
+        ScanMetropolis(AllScans()).track(drifting, rng())
+
+
+def test_draws_that_span_no_volume_are_explained():
+    model, _ = scene(drifting=False, scans=10)
+    tracker = ScanMetropolis(GaussianMemory(), steps=3, burn_in=1, step=1e-9, share_global=0.0)
+    with pytest.raises(InvalidInputError, match="hardly moved"):
+        tracker.track(model, rng())
+
+
+def test_several_rows_a_scan_step_by_the_law_of_one_row():
+    # 40 rows of three: the information of a law of 120 components is another number
+    generator = rng(2)
+    H = np.tile(np.eye(3), (5, 40, 1)).reshape(5, 120, 3)
+    prior = GaussianPrior.from_sd(np.full(3, 10.0))
+    model = Trajectory(
+        generator.normal(size=(5, 120)), H, np.tile(np.eye(120), (5, 1, 1)),
+        np.eye(3), 0.01 * np.eye(3), prior, width=3,
+    )  # fmt: skip
+    track = ScanMetropolis(GaussianMemory(), Contaminated(0.3, 30.0)).track(model, rng())
+    assert 0.15 < track.facts["acceptance"].mean() < 0.5
