@@ -22,6 +22,7 @@ COMMON = (
     "rrtls_common",
     "bayes_common",
     "mh_common",
+    "drift_common",
 )
 HELPERS = ("style", "tables", *COMMON, "__main__")
 

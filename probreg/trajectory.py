@@ -219,6 +219,35 @@ class Trajectory:
         y = np.einsum("tmd,td->tm", self.H, path) + spread
         return path, replace(self, y=y)
 
+    def rows(self) -> RegistrationProblem:
+        """The rows as a linear problem, for recursive estimators that know the dynamics.
+
+        Rows of a scan must not be correlated with each other; absent components carry nothing.
+
+        Raises
+        ------
+        InvalidInputError
+            Rows that are correlated, or no times.
+        """
+        T, m = self.y.shape
+        k = m // self.width
+        if self.time is None:
+            raise InvalidInputError("rows of a trajectory need the times of its scans.")
+        blocks = self.R.reshape(T, k, self.width, k, self.width)
+        own = np.einsum("tijil->tijl", blocks)
+        if np.count_nonzero(blocks) > np.count_nonzero(own):
+            raise InvalidInputError("rows of one scan are correlated; make them one row (width).")
+        assert self.present is not None
+        seen = self.present.reshape(T * k, self.width).any(axis=1)
+        return RegistrationProblem(
+            self.y.reshape(T * k, self.width)[seen],
+            self.H.reshape(T * k, self.width, -1)[seen],
+            own.reshape(T * k, self.width, self.width)[seen],
+            np.repeat(self.time, k)[seen],
+            self.names,
+            self.units,
+        )
+
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, float]:
         """V (T, m), A (T, m, d) and the sum of log |R|."""

@@ -74,7 +74,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         seed = int(rng.integers(2**62))
         for f, form in enumerate(FORMS):
             data, truth = simulate(config.scene(form), np.random.default_rng(seed))
-            model = _trajectory(config, ReportProblem(data))
+            model = trajectory(config, ReportProblem(data))
             found = _follow(config, model, np.random.default_rng(seed + 1))
             # a fresh target of the same sensor: scoring the one that gave the bias is circular
             spread = np.sqrt(config.scene(form).noise_variance_m2)
@@ -110,7 +110,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
     )
 
 
-def _trajectory(config: Config, problem: ReportProblem) -> Trajectory:
+def trajectory(config: Config, problem: ReportProblem) -> Trajectory:
     """The sensor's own two biases; those of what it is compared with are known to be zero."""
     linear = problem.linearise(np.zeros(4))
     own = RegistrationProblem(

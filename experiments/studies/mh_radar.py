@@ -40,7 +40,7 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class Config:
-    """RALAD case 1, its flight seen in fewer scans; a replicate is one run."""
+    """RALAD case 1, its flight seen in fewer scans (a second apart); a replicate is one run."""
 
     drifting: bool = True
     replicates: int = 40
@@ -83,7 +83,11 @@ class Config:
         return {**dataclasses.asdict(self), "scene": dataclasses.asdict(self.scene), "laws": laws}
 
 
-PROFILES = {"quick": Config(replicates=2, nuts_draws=40, nuts_warmup=60), "paper": Config()}
+QUICK = Config(
+    replicates=2, scans=40, steps=800, burn_in=200, all_scans_steps=200, all_scans_burn_in=50,
+    gibbs_draws=100, nuts_draws=40, nuts_warmup=60,
+)  # fmt: skip
+PROFILES = {"quick": QUICK, "paper": Config()}
 GRID = {"drifting": (True, False)}
 
 

@@ -31,8 +31,9 @@ FILES += PASSIVE + PASSIVE_TABLES
 BAYES = ["calibration_sbc", "calibration_reports", "calibration_position", "coverage_by_gamma"]
 BAYES += ["posterior_ralad", "coverage_methods"]
 FILES += [f"calibration_{kind}_pair_{d}d" for kind in ("sbc", "ranks") for d in (2, 3)] + BAYES[1:]
-MH = [*(f"mh_fig{k}" for k in range(1, 9)), "mh_table"]
-FILES += MH
+MH = [*(f"mh_fig{k}" for k in range(1, 9)), "mh_table", "mh_sensitivity", "mh_gamma", "mh_lowpass"]
+MH += ["mh_radar", "drift_methods", "drift_trace", "drift_calibration"]
+FILES += [*MH, "mh_radar_table", "drift_methods_table", "drift_calibration_table"]
 FILES += ["calibration_table", "calibration_reports_table", "calibration_position_table"]
 
 

@@ -1,0 +1,41 @@
+"""The joint state of target and bias in which paths are compared and calibrated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg import GaussianPrior
+from probreg.dynamics import NearConstantVelocity, RandomWalk, Together
+from probreg.noise import Gaussian, NoiseLaw, StudentT
+from probreg.scenarios.uturn import UturnScene, simulate
+from probreg.target_state import Target, follow_target
+from probreg.trajectory import Trajectory
+
+BIAS_SD_M = 200.0
+# its variance is that of the Gaussian: R (nu - 2) / nu is the scale matrix, axis by axis
+LAWS: dict[str, NoiseLaw] = {
+    "Gaussian": Gaussian(componentwise=True),
+    "Student-t": StudentT(4.0, scale=np.sqrt(0.5), componentwise=True),
+}
+
+
+def target(scene: UturnScene) -> Target:
+    """What is known of the target before its first report."""
+    first = scene.start_m[0] + scene.speed_m_s * scene.interval_s
+    return Target(np.array([first, scene.start_m[1]]), np.array([scene.speed_m_s, 0.0]))
+
+
+def joint_model(scans: int) -> Trajectory:
+    """Form D: one target, a drifting and a calibrated sensor; its reports are to be simulated."""
+    scene = UturnScene("pair", scans=scans)
+    data, _ = simulate(scene, np.random.default_rng(0))
+    walk = RandomWalk(np.full(2, scene.drift_variance_m2))
+    prior = GaussianPrior.from_sd(np.full(2, BIAS_SD_M))
+    return follow_target(data, target(scene), {"sensor": (walk, prior)})
+
+
+def joint_dynamics(scans: int) -> Together:
+    """How the states of `joint_model` move, for methods that ask for dynamics."""
+    scene = UturnScene("pair", scans=scans)
+    walk = RandomWalk(np.full(2, scene.drift_variance_m2))
+    return Together(((NearConstantVelocity(target(scene).acceleration_sd), 4), (walk, 2)))
