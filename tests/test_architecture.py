@@ -16,7 +16,7 @@ PACKAGE = Path(probreg.__file__).parent
 # lower rooms first; a module may import its own room and those before it
 ROOMS = [
     {"errors", "typing", "discovery"},
-    {"validation", "_linalg"},
+    {"validation", "_linalg", "_intervals"},
     {"geometry"},
     {"sensors"},
     {"noise"},
