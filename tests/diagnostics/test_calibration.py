@@ -143,6 +143,21 @@ def test_bands_hold_their_false_alarm_rate():
     assert limits[0] - 0.03 <= np.mean(out) <= limits[1]  # discrete: never above
 
 
+def test_coverage_needs_enough_draws_to_have_a_tail():
+    ranks = np.random.default_rng(6).integers(0, 10, (200, 1))
+    nine, ten = (Ranks(ranks, keep, ("x",)) for keep in (9, 10))
+    with pytest.raises(InvalidInputError, match=r"among 9 draws .* 0.9: they would hold every"):
+        nine.coverage(0.9)
+    with pytest.raises(InvalidInputError, match="hold no rank"):
+        nine.coverage(0.05)
+    with pytest.raises(InvalidInputError, match="nominal is 90"):
+        nine.coverage(90)
+    (found,) = ten.coverage(0.9)
+    assert found.nominal == pytest.approx(9.0 / 11.0)
+    assert found.held == ((ranks >= 1) & (ranks < 10)).sum()
+    assert nine.coverage(0.8)[0].honest(1e-4)
+
+
 def test_ranks_are_counted_among_the_draws_kept():
     case = Family(Gaussian())(np.random.default_rng(7))
     draws = Exact().sample(case.posterior, 30, 4, np.random.default_rng(8))
