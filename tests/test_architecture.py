@@ -17,7 +17,7 @@ PACKAGE = Path(probreg.__file__).parent
 ROOMS = [
     {"errors", "typing", "discovery"},
     {"validation", "_linalg", "_intervals"},
-    {"geometry"},
+    {"geometry", "_sightlines"},
     {"sensors"},
     {"noise"},
     {"reports", "association", "observability"},
