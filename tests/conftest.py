@@ -82,7 +82,7 @@ def flat_pair() -> tuple[Radar2D, Radar2D]:
 @pytest.fixture(scope="session")
 def small_ralad() -> tuple[AssociatedReports, RaladTruth]:
     """Case 1 with a tenth of the scans, spread over the same flight."""
-    scene = RaladScene(scans=80, scan_interval_s=1.0)
+    scene = RaladScene().in_scans(80)
     return simulate(scene, np.random.default_rng(11))
 
 

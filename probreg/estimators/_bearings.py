@@ -7,7 +7,7 @@ import numpy as np
 from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.problem import Problem
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import IntArray
 
 
 def require_bearings(problem: Problem, name: str) -> BearingProblem:
@@ -26,13 +26,6 @@ def in_time(problem: BearingProblem) -> tuple[BearingProblem, IntArray]:
         return problem, np.arange(len(problem))
     order = np.argsort(problem.time, kind="stable")
     return problem.part(order), order
-
-
-def in_rows(values: FloatArray, order: IntArray) -> FloatArray:
-    """Numbers found in order of time, put back into the order of the rows."""
-    own = np.empty_like(values)
-    own[order] = values
-    return own
 
 
 def take_first(problem: BearingProblem, count: int, setting: str) -> BearingProblem:

@@ -10,8 +10,8 @@ import numpy as np
 from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._bearing_filter import STATES, filter_bearings
-from probreg.estimators._bearings import in_rows, in_time, require_bearings, take_first
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._bearings import in_time, require_bearings, take_first
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.noise import Gaussian, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law

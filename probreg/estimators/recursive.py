@@ -8,14 +8,14 @@ from typing import Any, Literal
 import numpy as np
 
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._recursion import recurse
 from probreg.noise import Hyperbolic, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, RegistrationProblem
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import FloatArray
 from probreg.validation import positive_number
 
 
@@ -157,7 +157,7 @@ class Recursive:
         scale = np.outer(unit, unit)
         if self.covariance_path:
             info["covariance_path"] = kept * scale
-        own = _row_order(weights, order)
+        own = in_rows(weights, order)
         info["rejected"] = int((own.max(axis=1) == 0.0).sum())
         if info["rejected"] == n:
             raise UnobservableError(
@@ -207,9 +207,3 @@ def innovation_covariances(
     root = (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
     noise = (root / weights[rows, None, :]) @ np.swapaxes(root, 1, 2)
     return B @ P @ np.swapaxes(B, 1, 2), noise
-
-
-def _row_order(processed: FloatArray, order: IntArray) -> FloatArray:
-    out = np.empty_like(processed)
-    out[order] = processed
-    return out

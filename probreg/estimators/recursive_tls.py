@@ -10,8 +10,8 @@ import numpy as np
 from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import _total
-from probreg.estimators._bearings import in_rows, in_time, require_bearings
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._bearings import in_time, require_bearings
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._subsets import refuse_prior
 from probreg.estimators._tls_recursion import follow_lines
 from probreg.noise import Gaussian, NoiseLaw

@@ -5,7 +5,7 @@ Source: Guo, Wang, Ren, Hu and Mou, Control and Decision (2017), section 3.1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,11 @@ class RaladScene:
             ]
         )
         return np.concatenate([own, -own])
+
+    def in_scans(self, scans: int) -> RaladScene:
+        """The same flight, watched in another number of scans."""
+        interval = self.scan_interval_s * self.scans / scans
+        return replace(self, scans=scans, scan_interval_s=interval)
 
 
 CASES = {
