@@ -30,7 +30,7 @@ ROOMS = [
     {"trajectory"},
     {"reweighting"},
     {"path_posterior"},
-    {"posterior", "torch_bridge"},
+    {"posterior", "_laplace", "torch_bridge"},
     {"estimators", "arviz_adapter"},
     {"moves"},
     {"samplers"},
