@@ -26,7 +26,7 @@ from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated, Gaussian, Hyperbolic, StudentT
 from probreg.prior import NoiseParameter
 from probreg.samplers import Exact, Gibbs, MetropolisHastings
-from tests.conftest import linear_problem
+from tests.conftest import linear_problem, symmetric_roots
 
 PRIOR = GaussianPrior.from_sd(np.array([2.0, 0.5]), np.array([1.0, -1.0]))
 
@@ -48,11 +48,6 @@ class Family:
         problem = RegistrationProblem(design.B @ theta + noise, design.B, design.R)
         posterior = Posterior(problem, self.noise, PRIOR, self.unknown)
         return Case(posterior, posterior.free(np.array([*theta, *values.values()])))
-
-
-def symmetric_roots(R):
-    values, vectors = np.linalg.eigh(R)
-    return (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
 
 
 @dataclass(frozen=True)

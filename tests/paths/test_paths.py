@@ -17,6 +17,7 @@ from probreg.path_posterior import PathPosterior
 from probreg.paths import ExactPath, GibbsPath, MetropolisPath, NutsPath
 from probreg.samplers import Nuts
 from probreg.trajectory import Trajectory
+from tests.conftest import symmetric_roots
 from tests.judge import limit
 from tests.test_trajectory import dense, make
 
@@ -200,8 +201,7 @@ def test_paths_are_calibrated(sampler):
             if t:
                 step = np.linalg.cholesky(model.Q[t - 1]) @ generator.standard_normal(2)
                 x = model.F[t - 1] @ x + step
-            values, vectors = np.linalg.eigh(model.R[t])
-            noise = vectors @ (np.sqrt(values) * (vectors.T @ law.sample(generator, 1, 2)[0]))
+            noise = symmetric_roots(model.R[t]) @ law.sample(generator, 1, 2)[0]
             truth.append(x)
             y.append(model.H[t] @ x + noise)
         data = dataclasses.replace(model, y=np.array(y))
