@@ -6,7 +6,7 @@ asserted.
 
 from __future__ import annotations
 
-import time
+import timeit
 from collections.abc import Callable
 from unittest import mock
 
@@ -54,12 +54,7 @@ COMPILED = (
 
 def best(function: Callable[[], object], repeats: int) -> float:
     """Shortest of several times, microseconds."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - began)
-    return 1e6 * min(times)
+    return 1e6 * min(timeit.repeat(function, number=1, repeat=repeats))
 
 
 def in_plain_python(function: Callable[[], object]) -> float:

@@ -6,7 +6,7 @@ Run by `make benchmark`. Prints milliseconds and the ratio; nothing is asserted.
 from __future__ import annotations
 
 import platform
-import time
+import timeit
 from collections.abc import Callable
 
 import numpy as np
@@ -32,12 +32,7 @@ LAWS = {
 
 def best(function: Callable[[], object], repeats: int) -> float:
     """Shortest of several times, seconds."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - began)
-    return min(times)
+    return min(timeit.repeat(function, number=1, repeat=repeats))
 
 
 def plain_numpy(problem: RegistrationProblem, law: NoiseLaw) -> np.ndarray:

@@ -6,7 +6,7 @@ no LTS; its RANSAC is the nearest kept estimator of the kind, here on the same e
 
 from __future__ import annotations
 
-import time
+import timeit
 from collections.abc import Callable
 
 import numpy as np
@@ -23,12 +23,7 @@ from probreg.scenarios.lts import READINGS, simulate
 
 def best(function: Callable[[], object], repeats: int) -> float:
     """Shortest of several times, milliseconds."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - began)
-    return 1e3 * min(times)
+    return 1e3 * min(timeit.repeat(function, number=1, repeat=repeats))
 
 
 def large_problem(pairs: int, wrong: float) -> RegistrationProblem:

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
 from probreg.estimators import Estimate, Estimator, ExtendedKalman, LinesOfSight, Recursive
 from probreg.estimators import RecursiveTls as Rtls
 from probreg.noise import Gaussian, Igg3, StudentT
+from probreg.reports import BearingReports
 from probreg.typing import FloatArray
 
 LINES = LinesOfSight(Recursive(Gaussian(), omega=1e8))
@@ -49,3 +55,14 @@ def squared_error(theta: FloatArray, emitter: FloatArray) -> float:
 def squared_bound(bound: FloatArray) -> FloatArray:
     """Trace of the position part of bounds (..., p, p)."""
     return bound[..., 0, 0] + bound[..., 1, 1]
+
+
+def outlier_sizes(
+    simulate: Callable[[Any, np.random.Generator], tuple[BearingReports, Any]],
+    scene: Any,
+    clean: Any,
+    seed: int,
+) -> FloatArray:
+    """Outliers as used, in standard deviations: the difference they make to the reports, (n,)."""
+    struck, right = (simulate(s, np.random.default_rng(seed))[0] for s in (scene, clean))
+    return np.round((struck.bearing - right.bearing) / right.sensor.sigma_bearing, 6)

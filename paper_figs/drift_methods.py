@@ -7,7 +7,6 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from experiments.studies.drift_methods import ONLINE as PAST_ONLY
 from paper_figs.bayes_common import load_ranks
 from paper_figs.drift_common import ONLINE, WHOLE, error_bars, rmse
 from paper_figs.style import WIDTH, footnote, save
@@ -24,7 +23,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     for panels, noise in zip(grid, NOISES, strict=True):
         data, _ = load_ranks("drift_methods", f"{profile},noise={noise}", results)
         methods, runs = [str(m) for m in data["estimator"].values], data.sizes["case"]
-        colours = [ONLINE if m in PAST_ONLY else WHOLE for m in methods]
+        colours = [ONLINE if past else WHOLE for past in data["past_only"].isel(case=0).values]
         at = np.arange(len(methods))
         errors = [rmse(data["square"].sel(estimator=m)) for m in methods]
         held = [data["held"].sel(estimator=m).mean("time").values for m in methods]

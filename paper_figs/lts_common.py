@@ -52,6 +52,16 @@ def bound_score(name: str, sd: FloatArray, wrong: FloatArray) -> float:
     return score(name, sd, wrong)
 
 
+def label_panels(grid: np.ndarray, xlabel: str) -> None:
+    """Name the panels of a grid: one row a score, one column a parameter."""
+    for axes, (title, _, unit) in zip(grid[0], SHOWN.values(), strict=True):
+        axes.set_title(f"{title} ({unit})", fontsize=8)
+    for axes, text in zip(grid[:, 0], SCORES.values(), strict=True):
+        axes.set_ylabel(text)
+    for axes in grid[-1]:
+        axes.set_xlabel(xlabel)
+
+
 def suffix(reading: str) -> str:
     """Ending of the file name: the literal reading has none."""
     return "" if reading == "literal" else f"_{reading}"

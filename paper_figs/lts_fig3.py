@@ -14,6 +14,7 @@ from paper_figs.lts_common import (
     SCORES,
     SHOWN,
     bound_score,
+    label_panels,
     load,
     score,
     source,
@@ -34,7 +35,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         wrong = data["wrong_share"].transpose("case", "sigma").values
         for row, name in zip(grid, SCORES, strict=True):
             for axes, parameter in zip(row, SHOWN, strict=True):
-                title, factor, unit = SHOWN[parameter]
+                _, factor, unit = SHOWN[parameter]
                 for method in data["estimator"].values:
                     values = factor * np.array(scores[name, str(method), parameter])
                     colour = LTS_COLOURS[str(method)]
@@ -44,12 +45,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
                 axes.plot(sigma, factor * np.array(line), label="bound, right pairs", **BOUND)
                 axes.set_yscale("symlog", linthresh=30.0 if unit == "m" else 0.03)
                 axes.set_ylim(bottom=0.0)
-                if name == "pooled":
-                    axes.set_title(f"{title} ({unit})", fontsize=8)
-                if axes is row[0]:
-                    axes.set_ylabel(SCORES[name])
-        for axes in grid[-1]:
-            axes.set_xlabel("sigma (m)")
+        label_panels(grid, "sigma (m)")
         handles, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=6)
         footnote(figure, source(manifest, claim(data, scores)))

@@ -12,6 +12,7 @@ from paper_figs.lts_common import (
     SCORES,
     SHOWN,
     bound_score,
+    label_panels,
     load,
     score,
     source,
@@ -36,7 +37,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         for row, name in zip(grid, SCORES, strict=True):
             curves = []
             for axes, parameter in zip(row, SHOWN, strict=True):
-                title, factor, unit = SHOWN[parameter]
+                _, factor, _ = SHOWN[parameter]
                 each = errors.sel(parameter=parameter).values
                 values = factor * np.array([score(name, e, wrong) for e in each])
                 curves.append(values / values.min())
@@ -45,13 +46,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
                 axes.axhline(factor * bound_score(name, sd, wrong), **BOUND)
                 lowest = int(np.argmin(values))
                 axes.plot(thresholds[lowest], values[lowest], "o", color="0.15", fillstyle="none")
-                if name == "pooled":
-                    axes.set_title(f"{title} ({unit})", fontsize=8)
-                if axes is row[0]:
-                    axes.set_ylabel(SCORES[name])
             best.append(f"{thresholds[np.argmin(np.mean(curves, axis=0))]:.0f} ({SCORES[name]})")
-        for axes in grid[-1]:
-            axes.set_xlabel(r"threshold $\rho'$")
+        label_panels(grid, r"threshold $\rho'$")
         text = (
             "sigma = 100 m; circle: least error; dotted: bound, right pairs\n"
             f"Best over all parameters: {', '.join(best)}"

@@ -8,24 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from probreg import geometry
-from probreg.errors import InvalidInputError, UnobservableError
+from probreg import _sightlines, geometry
+from probreg.errors import InvalidInputError
 from probreg.observability import Observability, observe
 from probreg.problem import RegistrationProblem, bias_scale
 from probreg.reports import BearingReports
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import (
-    LARGE_ANGLE_SIGMA,
     angle_sigma,
     finite_array,
     positive_number,
     refuse_degrees,
 )
 
-PARALLAX = 3.0  # standard deviations by which the lines of sight must turn to give a distance
-_SPREAD_OUT = 0.9  # resultant of doubled angles below which the lines plainly cross
-_PAIRS = 32
-_MEDIAN_SPREAD = 1.45  # of the median of half-track slopes over least squares, straight track
 _ADVICE = "The own ship must move across the line of sight: add bearings from other places,"
 
 
@@ -174,9 +169,9 @@ class BearingProblem:
         lines of sight, those of pairs of lines, and points straight ahead: outliers spoil some
         of these but not all.
         """
-        places = self._points_ahead()
-        if self._blind is None:
-            places = np.concatenate([places, self._meeting_points()])
+        places = _sightlines.points_ahead(*self._views)
+        if self.lines_meet:
+            places = np.concatenate([places, _sightlines.meeting_points(*self._views)])
         theta = np.zeros((len(places), len(self.names)))
         theta[:, :2] = places
         cost = np.abs(self.exact.residual(theta)[..., 0]).sum(axis=-1)
@@ -244,20 +239,7 @@ class BearingProblem:
             It would be so far that the bearings tell no distance.
         """
         theta = self._check(theta)
-        distance = np.linalg.norm(theta[:2] - self.own_position, axis=1)
-        if distance.min() <= 1e-9 * max(1.0, distance.max()):
-            raise InvalidInputError(
-                f"the emitter would be at own position {int(distance.argmin())}, on the track: its "
-                "bearing is undefined there. Remove bearings taken on top of it, or start "
-                "elsewhere."
-            )
-        track = np.linalg.norm(np.ptp(self.own_position, axis=0))
-        if 0.0 < track < 1e-3 * self.sigma.min() / np.sqrt(len(self)) * distance.min():
-            raise UnobservableError(
-                f"the emitter would be {distance.min():.3g} m away, where these bearings tell no "
-                "distance: they agree best with an emitter at infinity. Are there outliers "
-                "(Irls(StudentT(4.0)))? Otherwise add bearings from other places or give a prior."
-            )
+        _sightlines.require_distance(theta[:2], self.own_position, self.sigma)
         B = self.gradient(theta)
         return RegistrationProblem(
             self.residual(theta) + (B @ theta)[:, None],
@@ -312,9 +294,7 @@ class BearingProblem:
         ----------
         Wu et al., J. Central South Univ. 46(3), 2015, equation (3), times cos(bearing).
         """
-        sine, cosine = np.sin(self.azimuth), np.cos(self.azimuth)
-        H = np.stack([sine, -cosine], axis=1)
-        return H, np.einsum("ni,ni->n", H, self.own_position)
+        return _sightlines.line_equations(*self._views)
 
     def line_residuals(self, place: FloatArray) -> FloatArray:
         """Residuals H X - Z of the lines at a position, over sigma times its distance, (n,).
@@ -331,8 +311,7 @@ class BearingProblem:
 
     def meeting_point(self) -> FloatArray:
         """Where the lines of sight meet by equal-weight least squares, (2,), metres."""
-        place: FloatArray = np.linalg.lstsq(*self.line_equations(), rcond=None)[0]
-        return place
+        return _sightlines.meeting_point(*self._views)
 
     @property
     def lines_meet(self) -> bool:
@@ -355,33 +334,14 @@ class BearingProblem:
         )
         return found
 
+    @property
+    def _views(self) -> tuple[FloatArray, FloatArray]:
+        return self.azimuth, self.own_position
+
     @cached_property
     def _blind(self) -> FloatArray | None:
-        """Direction (2,) of the lines of sight if they are parallel within their noise.
-
-        They are if the own ship stays, or moves along them: the distance is then not told.
-        """
-        weight = self.sigma**-2.0
-        total = weight.sum()
-        double = np.sum(weight * np.exp(2j * self.azimuth)) / total
-        if abs(double) < _SPREAD_OUT and self.sigma.max() < LARGE_ANGLE_SIGMA:
-            return None
-        common = 0.5 * np.angle(double)
-        turn = 0.5 * geometry.wrap_angle(2.0 * (self.azimuth - common))
-        across = self.own_position @ np.array([-np.sin(common), np.cos(common)])
-        across = across - weight @ across / total
-        length = np.sqrt(weight @ across**2)
-        if length <= 1e-9 * np.sqrt(total) * np.abs(self.own_position).max(initial=1.0):
-            return np.array([np.cos(common), np.sin(common)])
-        # significance of the parallax by least squares, and by a median that bears outliers
-        plain = np.sum(weight * across * turn) / length
-        half = (len(self) + 1) // 2
-        apart = across[half:] - across[: len(self) - half]
-        slopes = (turn[half:] - turn[: len(self) - half])[apart != 0.0] / apart[apart != 0.0]
-        robust = np.median(slopes) * length / _MEDIAN_SPREAD if slopes.size else 0.0
-        if max(abs(plain), abs(robust)) > PARALLAX:
-            return None
-        return np.array([np.cos(common), np.sin(common)])
+        """Direction (2,) of the lines of sight if they tell no distance."""
+        return _sightlines.parallel_direction(*self._views, self.sigma)
 
     def _verdict(self, sensitivity: FloatArray) -> Observability:
         """Observability of whitened sensitivities (n, p), and of the lines of sight."""
@@ -391,27 +351,6 @@ class BearingProblem:
             row[0, :2] = self._blind
             found = replace(found, null_space=row)
         return replace(found, advice=_ADVICE)
-
-    def _points_ahead(self) -> FloatArray:
-        """Points (k, 2) along the median bearing, from a tenth of the track's length on."""
-        centre = self.own_position.mean(axis=0)
-        track = float(np.ptp(self.own_position, axis=0).max()) or 1e3
-        mean = np.angle(np.sum(np.exp(1j * self.azimuth)))
-        mean += np.median(geometry.wrap_angle(self.azimuth - mean))
-        distance = track * np.logspace(-1.0, 3.0, 17)
-        return centre + distance[:, None] * np.array([np.cos(mean), np.sin(mean)])
-
-    def _meeting_points(self) -> FloatArray:
-        """Where all lines (1), and lines half a recording apart (up to _PAIRS), meet: (k, 2)."""
-        H, Z = self.line_equations()
-        places = [self.meeting_point()[None]]
-        half = (len(self) + 1) // 2
-        first = np.unique(np.linspace(0, len(self) - half - 1, _PAIRS).astype(int))
-        pair = np.stack([first, first + half], axis=1)
-        crossing = np.abs(np.linalg.det(H[pair])) > 1e-9
-        pair = pair[crossing]
-        places.append(np.linalg.solve(H[pair], Z[pair][..., None])[..., 0])
-        return np.concatenate(places)
 
 
 def _each(name: str, value: FloatArray | float, n: int) -> FloatArray:

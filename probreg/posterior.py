@@ -8,34 +8,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
 
+from probreg._laplace import Laplace, approximate
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import NoiseLaw
 from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior, NoiseParameter
 from probreg.problem import Rows
-from probreg.reweighting import Mode, Reweighted, per_component
+from probreg.reweighting import Reweighted, per_component
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
-
-
-@dataclass(frozen=True, eq=False)
-class Laplace:
-    """The Gaussian approximation at the mode, in free coordinates.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (d,)
-    covariance : ndarray, shape (d, d)
-    root : ndarray, shape (d, d)
-        Lower triangular, covariance = root root'.
-    """
-
-    mean: FloatArray
-    covariance: FloatArray
-    root: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,25 +229,7 @@ class Posterior(Reweighted):
             The mode lies outside the box, or the density is not finite or not curved downwards
             there.
         """
-        mode = self._joint_mode()
-        if not self.inside(mode):
-            where = ", ".join(
-                f"{name} {value:.4g}"
-                for name, value in zip(self.problem.names, mode[: self.dim_theta], strict=True)
-            )
-            raise InvalidInputError(
-                f"the box excludes the mode ({where}), so a sampler would only see a tail of the "
-                "posterior. Widen the box, or say in a prior what you know."
-            )
-        with np.errstate(over="ignore", invalid="ignore"):
-            height = float(self.log_prob(mode))
-        if not np.isfinite(height):
-            raise InvalidInputError(
-                f"the log-density at the mode is {height}: nothing can start there. Check the "
-                "reports for absurd values and the priors for their scale."
-            )
-        covariance = self._joint_covariance(mode)
-        return Laplace(mode, covariance, np.linalg.cholesky(covariance))
+        return approximate(self)
 
     # -- details -----------------------------------------------------------------------
 
@@ -287,61 +252,6 @@ class Posterior(Reweighted):
         if length >= n:
             return [rows]
         return [rows.part(slice(a, a + length)) for a in range(0, n, length)]
-
-    def _at(self, x: FloatArray) -> tuple[Reweighted, Mode]:
-        """The problem under the law at x, and its mode there."""
-        fixed = Reweighted(self.problem, self.law(x), self.prior)
-        return fixed, fixed.mode(x[: self.dim_theta])
-
-    def _joint_mode(self) -> FloatArray:
-        theta = self.mode().theta
-        start = [p.free_median(self.noise) for p in self.noise_prior]
-        x = np.concatenate([theta, start])
-        if not self.noise_prior:
-            return x
-        covariance = self.laplace_covariance(self.mode())
-        unit = np.concatenate([np.sqrt(np.diag(covariance)), [p.spread for p in self.noise_prior]])
-
-        def objective(z: FloatArray) -> tuple[float, FloatArray]:
-            at = x + unit * z
-            return -float(self.log_prob(at)), -unit * self.grad_log_prob(at)
-
-        unbounded = dataclasses.replace(self, box=None) if self.box is not None else self
-        if unbounded is not self:
-            return unbounded._joint_mode()
-        from scipy import optimize  # slow to import, needed only here
-
-        found = optimize.minimize(objective, np.zeros(self.dim), jac=True, method="BFGS")
-        return x + unit * found.x
-
-    def _joint_covariance(self, mode: FloatArray) -> FloatArray:
-        """Inverse Hessian: of the problem's unknowns as by IRLS, of the law's by differences."""
-        if not self.noise_prior:
-            return self.laplace_covariance(self.mode())
-        p = self.dim_theta
-        fixed, at = self._at(mode)
-        precision = np.zeros((self.dim, self.dim))
-        precision[:p, :p] = fixed.hessian(at)
-        step = 1e-4 * np.array([parameter.spread for parameter in self.noise_prior])
-        ends = np.repeat(mode[None], 2 * len(step), axis=0)
-        for k, h in enumerate(step):
-            ends[2 * k, p + k] += h
-            ends[2 * k + 1, p + k] -= h
-        slopes = self.grad_log_prob(ends)
-        across = -(slopes[::2] - slopes[1::2]) / (2.0 * step[:, None])
-        precision[p:, :p], precision[:p, p:] = across[:, :p], across[:, :p].T
-        precision[p:, p:] = 0.5 * (across[:, p:] + across[:, p:].T)
-        try:
-            scale = np.sqrt(np.diag(precision))
-            inverse = linalg.inv(precision / np.outer(scale, scale)) / np.outer(scale, scale)
-            np.linalg.cholesky(inverse)
-        except (linalg.LinAlgError, ValueError):
-            raise InvalidInputError(
-                "the log-posterior is not curved downwards at its mode in the noise parameters; "
-                "give them tighter priors or fix them."
-            ) from None
-        covariance: FloatArray = 0.5 * (inverse + inverse.T)
-        return covariance
 
 
 def _sizes(rows: Rows) -> IntArray | int:

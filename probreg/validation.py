@@ -89,6 +89,27 @@ def positive_number(name: str, value: float, *, zero: bool = False) -> float:
     return number
 
 
+def whole_number(name: str, value: object) -> None:
+    """Check one whole number from 1."""
+    if not isinstance(value, int | np.integer) or value < 1:
+        raise InvalidInputError(f"{name} is {value!r}; a whole number from 1 is needed.")
+
+
+def open_share(name: str, value: float) -> float:
+    """Check one number strictly between 0 and 1."""
+    if not 0.0 < value < 1.0:
+        raise InvalidInputError(f"{name} is {value}; it must lie in (0, 1).")
+    return value
+
+
+def sampling_run(num_draws: int, num_chains: int, rng: np.random.Generator) -> None:
+    """Check what every sampler is told of a run: how many draws and chains, and a generator."""
+    if not isinstance(rng, np.random.Generator):
+        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
+    whole_number("num_draws", num_draws)
+    whole_number("num_chains", num_chains)
+
+
 def angle_sigma(name: str, value: float) -> float:
     """Check a standard deviation in radians; half a turn is refused, a coarse one questioned."""
     sigma = positive_number(name, value)

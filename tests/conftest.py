@@ -29,6 +29,12 @@ def random_covariances(rng: np.random.Generator, n: int, m: int) -> np.ndarray:
     return root @ np.swapaxes(root, 1, 2) + 0.5 * np.eye(m)
 
 
+def symmetric_roots(R: np.ndarray) -> np.ndarray:
+    """Symmetric square roots of covariances (..., m, m), by eigenvalues."""
+    values, vectors = np.linalg.eigh(R)
+    return (vectors * np.sqrt(values)[..., None, :]) @ np.swapaxes(vectors, -1, -2)
+
+
 def linear_problem(seed: int, n: int = 60, m: int = 3, p: int = 4, noise: float = 1.0) -> Linear:
     """A linear problem with correlated rows and Gaussian noise `noise` times R."""
     rng = np.random.default_rng(seed)
@@ -82,7 +88,7 @@ def flat_pair() -> tuple[Radar2D, Radar2D]:
 @pytest.fixture(scope="session")
 def small_ralad() -> tuple[AssociatedReports, RaladTruth]:
     """Case 1 with a tenth of the scans, spread over the same flight."""
-    scene = RaladScene(scans=80, scan_interval_s=1.0)
+    scene = RaladScene().in_scans(80)
     return simulate(scene, np.random.default_rng(11))
 
 

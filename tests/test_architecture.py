@@ -16,8 +16,8 @@ PACKAGE = Path(probreg.__file__).parent
 # lower rooms first; a module may import its own room and those before it
 ROOMS = [
     {"errors", "typing", "discovery"},
-    {"validation", "_linalg", "_resampling"},
-    {"geometry"},
+    {"validation", "_linalg", "_intervals", "_resampling"},
+    {"geometry", "_sightlines"},
     {"sensors"},
     {"noise"},
     {"reports", "association", "observability"},
@@ -31,7 +31,7 @@ ROOMS = [
     {"target_state"},
     {"reweighting"},
     {"path_posterior"},
-    {"posterior", "torch_bridge"},
+    {"posterior", "_laplace", "torch_bridge"},
     {"estimators", "arviz_adapter"},
     {"moves"},
     {"samplers"},

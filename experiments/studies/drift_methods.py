@@ -99,6 +99,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
             "held": (dims, np.array(held)),
             "seconds": (dims[:2], np.array(seconds)),
             "example": (("estimator", "time", "axis", "bound"), np.array(example)),
+            "past_only": ("estimator", [name in ONLINE for name in (*ONLINE, *WHOLE)]),
             "example_truth": (("time", "axis"), truth),
         },
         {

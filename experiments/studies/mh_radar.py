@@ -63,14 +63,12 @@ class Config:
     @property
     def scene(self) -> RaladScene:
         """The scene, with drift or without."""
-        full = CASES[1]
-        interval = full.scan_interval_s * full.scans / self.scans
         moved = {
             "drift_range_m": self.drift_range_m,
             "drift_angle_deg": self.drift_angle_deg,
         }
         changes: dict[str, Any] = moved if self.drifting else {}
-        return dataclasses.replace(full, scans=self.scans, scan_interval_s=interval, **changes)
+        return dataclasses.replace(CASES[1].in_scans(self.scans), **changes)
 
     @property
     def dynamics(self) -> Dynamics:

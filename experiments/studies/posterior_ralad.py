@@ -52,9 +52,7 @@ class Config:
     @property
     def scene(self) -> RaladScene:
         """Case 1, its scans spread over the same flight."""
-        full = CASES[1]
-        interval = full.scan_interval_s * full.scans / self.scans
-        return dataclasses.replace(full, scans=self.scans, scan_interval_s=interval)
+        return CASES[1].in_scans(self.scans)
 
     def resolved(self) -> dict[str, Any]:
         """Every number that the results depend on, for the manifest."""

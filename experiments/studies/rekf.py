@@ -13,7 +13,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.passive_methods import filter_methods, squared_bound, squared_path
+from experiments.passive_methods import (
+    filter_methods,
+    outlier_sizes,
+    squared_bound,
+    squared_path,
+)
 from probreg import BearingProblem, GaussianPrior
 from probreg.diagnostics import cramer_rao_path
 from probreg.estimators import Estimator
@@ -69,6 +74,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
             rejected.append([int(e.info.get("rejected", 0)) for e in found])
             theta.append([e.theta for e in found])
     bound = cramer_rao_path(problem, truth.emitter)
+    struck = config.scene("one_sided"), config.scene("none")
     shape = (config.runs, len(READINGS), len(methods))
     dims = ("run", "outliers", "estimator")
     values: dict[str, tuple[tuple[str, ...], Any]] = {
@@ -80,7 +86,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         "bound": (("axis", "axis2"), bound[-1]),
         "own": (("time", "axis"), data.own_position),
         "bearing": (("time",), data.bearing),
-        "size": (("time",), _sizes(config.scene("one_sided"), seed=int(seeds[0]))),
+        "size": (("time",), outlier_sizes(simulate, *struck, int(seeds[0]))),
         "seconds_pass": (
             ("outliers", "timed"),
             _seconds({name: methods[name] for name in TIMED}, config, int(seeds[0])),
@@ -95,15 +101,6 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         "emitter": ("axis", truth.emitter),
     }
     return xr.Dataset({k: (d, np.asarray(v)) for k, (d, v) in values.items()}, coords)
-
-
-def _sizes(scene: RekfScene, seed: int) -> FloatArray:
-    """Outliers as used, in standard deviations: the difference they make to the reports."""
-    struck, clean = (
-        simulate(dataclasses.replace(scene, outliers=reading), np.random.default_rng(seed))[0]
-        for reading in ("one_sided", "none")
-    )
-    return np.round((struck.bearing - clean.bearing) / scene.sensor.sigma_bearing, 6)
 
 
 def _seconds(methods: dict[str, Estimator], config: Config, seed: int) -> FloatArray:

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.passive_methods import (
+    outlier_sizes,
     squared_bound,
     squared_error,
     squared_path,
@@ -80,7 +81,10 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         "squared_bound": (("point",), squared_bound(bound)),
         "sweep_squared_error": (("run", "rate", "swept"), _sweep(config, seeds)),
         "own": (("point", "axis"), data.own_position),
-        "size": (("point",), _sizes(config, seeds[0])),
+        "size": (
+            ("point",),
+            outlier_sizes(simulate, RrtlsScene(outliers=TABLE), RrtlsScene(), seeds[0]),
+        ),
     }
     coords = {
         "outliers": list(CONDITIONS),
@@ -108,12 +112,3 @@ def _sweep(config: Config, seeds: list[int]) -> FloatArray:
                 theta = methods[name].estimate(problem).theta
                 found[k, r, m] = squared_error(theta, truth.emitter)
     return found
-
-
-def _sizes(config: Config, seed: int) -> FloatArray:
-    """Outliers as used, in standard deviations: the difference they make to the reports."""
-    struck, clean = (
-        simulate(RrtlsScene(outliers=table), np.random.default_rng(seed))[0].bearing
-        for table in (TABLE, ())
-    )
-    return np.round((struck - clean) / RrtlsScene().sensor.sigma_bearing, 6)

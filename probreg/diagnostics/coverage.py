@@ -9,6 +9,7 @@ from scipy.special import bdtr, betaincinv, ndtri
 
 from probreg.errors import InvalidInputError
 from probreg.typing import BoolArray, FloatArray
+from probreg.validation import open_share
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,7 @@ def coverage(intervals: FloatArray, truth: FloatArray, nominal: float) -> list[C
         raise InvalidInputError(
             f"intervals have shape {intervals.shape}; (replicates, d, 2), all finite, is needed."
         )
-    if not 0.0 < nominal < 1.0:
-        raise InvalidInputError(f"nominal is {nominal}; it must lie in (0, 1).")
+    open_share("nominal", nominal)
     truth = np.asarray(truth, dtype=float)
     if truth.shape not in (intervals.shape[:2], intervals.shape[1:2]):
         raise InvalidInputError(
@@ -84,8 +84,7 @@ def coverage(intervals: FloatArray, truth: FloatArray, nominal: float) -> list[C
 
 def normal_interval(estimate: FloatArray, covariance: FloatArray, probability: float) -> FloatArray:
     """Interval (d, 2) that an estimate and its claimed covariance give, as if Gaussian."""
-    if not 0.0 < probability < 1.0:
-        raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
+    open_share("probability", probability)
     half = float(ndtri(0.5 + 0.5 * probability)) * np.sqrt(np.diag(covariance))
     return np.stack([estimate - half, estimate + half], axis=1)
 

@@ -15,6 +15,7 @@ from probreg.errors import InvalidInputError
 from probreg.posterior import Posterior
 from probreg.samplers import Draws, Sampler
 from probreg.typing import FloatArray, IntArray
+from probreg.validation import open_share
 
 _GRID = 50  # points at which the empirical distribution is held against the uniform one
 _SIMULATIONS = 4000
@@ -125,9 +126,24 @@ class Ranks:
             raise InvalidInputError(f"not calibrated: {listing}.")
 
     def coverage(self, nominal: float) -> list[Coverage]:
-        """Coverage of central intervals of each quantity, from the ranks alone."""
-        tail = 0.5 * (1.0 - nominal) * (self.draws + 1.0)
+        """Coverage of central intervals of each quantity, from the ranks alone.
+
+        Their ends are whole ranks, so what they claim is the nearest share that the ranks have.
+
+        Raises
+        ------
+        InvalidInputError
+            A nominal coverage out of (0, 1), or too few draws: no rank lies outside the interval,
+            or none inside.
+        """
+        tail = 0.5 * (1.0 - open_share("nominal", nominal)) * (self.draws + 1.0)
         low, high = round(tail), round(self.draws + 1.0 - tail)
+        if not 0 < low < high:
+            raise InvalidInputError(
+                f"ranks among {self.draws} draws are too coarse for intervals of {nominal:.4g}: "
+                f"they would hold {'every' if low < 1 else 'no'} rank. Keep more draws (keep) or "
+                "ask for another nominal coverage."
+            )
         held = (self.ranks >= low) & (self.ranks < high)
         actual = (high - low) / (self.draws + 1.0)
         return [Coverage(int(column.sum()), len(column), actual) for column in held.T]

@@ -10,7 +10,7 @@ import numpy as np
 
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,3 +67,10 @@ class Estimator(Protocol):
         rng: np.random.Generator | None = None,
     ) -> Estimate:
         """Estimate the unknowns of a problem."""
+
+
+def in_rows(values: FloatArray, order: IntArray) -> FloatArray:
+    """Numbers found in some order (n, ...), put back into the order of the rows."""
+    own = np.empty_like(values)
+    own[order] = values
+    return own

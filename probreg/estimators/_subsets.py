@@ -14,6 +14,7 @@ from probreg.estimators._estimate import Estimate
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem, Whitened
 from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.validation import whole_number
 
 Unit = Literal["row", "equation"]
 _CHUNK = 4_000_000  # residuals held at once
@@ -146,5 +147,4 @@ def check_unit(unit: str) -> None:
 
 def check_subsets(subsets: int) -> None:
     """Raise unless the number of subsets is a whole number above zero."""
-    if not isinstance(subsets, int | np.integer) or subsets < 1:
-        raise InvalidInputError(f"subsets is {subsets!r}; a whole number above zero is needed.")
+    whole_number("subsets", subsets)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._bearing_filter import STATES, filter_bearings
 from probreg.estimators._bearings import in_time, require_bearings, take_first
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.noise import Gaussian, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problem import Problem
-from probreg.typing import BoolArray, FloatArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 
 
@@ -125,13 +125,30 @@ class ExtendedKalman:
         """
         bearings, order = in_time(require_bearings(problem, type(self).__name__))
         x, P, used = self._start(bearings, prior)
-        start, n = x[bearings_states(bearings)].copy(), len(bearings)
+        first = self._first(used, len(bearings))
+        kept = bearings_states(bearings)
+        info: dict[str, Any] = {"order": order, "start": x[kept].copy(), "first": first}
+        weights, info["passes"], path = self._filter(bearings, x, P, first)
+        info["rejected"] = self._count_rejected(weights[first:])
+        cov, own = P[np.ix_(kept, kept)], in_rows(weights, order)
+        names, units = bearings.names, bearings.units
+        return Estimate(x[kept], cov, own, path[:, kept], True, info, names, units)
+
+    def _first(self, used: int, n: int) -> int:
+        """Number of the first bearing to filter, of n, where the start took `used`."""
         first = 0 if self.reuse_start else used
         if first >= n:
             raise UnobservableError(
                 f"the start takes {used} bearings and there are {n}: none is left to filter. Set "
                 "start_bearings lower or reuse_start=True."
             )
+        return first
+
+    def _filter(
+        self, bearings: BearingProblem, x: FloatArray, P: FloatArray, first: int
+    ) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Take the bearings from `first` on into x and P, in place; weights, passes, path."""
+        n = len(bearings)
         weights, passes, path = np.ones(n), np.zeros(n, dtype=int), np.full((n, STATES), np.nan)
         if first:
             path[first - 1] = x
@@ -159,32 +176,16 @@ class ExtendedKalman:
                 f"the filter lost the emitter at bearing {first + max(lost, 0)}: its estimate "
                 "came to lie on the own position. Start it better (start_bearings, prior)."
             )
-        kept = bearings_states(bearings)
-        own = np.empty(n)
-        own[order] = weights
+        return weights, passes[first:], path
+
+    def _count_rejected(self, weights: FloatArray) -> int:
         rejected = int((weights == 0.0).sum())
-        if rejected == n - first:
+        if rejected == len(weights):
             raise UnobservableError(
                 f"{self.noise!r} rejected all {rejected} bearings from this start, so nothing was "
                 "learnt. Start nearer (start_bearings, prior)."
             )
-        info = {
-            "order": order,
-            "passes": passes[first:],
-            "rejected": rejected,
-            "start": start,
-            "first": first,
-        }
-        return Estimate(
-            x[kept],
-            P[np.ix_(kept, kept)],
-            own,
-            path[:, kept],
-            True,
-            info,
-            bearings.names,
-            bearings.units,
-        )
+        return rejected
 
     def _start(
         self, bearings: BearingProblem, prior: GaussianPrior | None

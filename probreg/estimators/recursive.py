@@ -9,7 +9,7 @@ import numpy as np
 
 from probreg.dynamics import Constant, Dynamics
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._recursion import Moves, recurse
 from probreg.noise import Hyperbolic, NoiseLaw
 from probreg.noise._compiled import compile_scalar
@@ -169,7 +169,7 @@ class Recursive:
         scale = np.outer(unit, unit)
         if self.covariance_path:
             info["covariance_path"] = kept * scale
-        own = _row_order(weights, order)
+        own = in_rows(weights, order)
         info["rejected"] = int((own.max(axis=1) == 0.0).sum())
         if info["rejected"] == n:
             raise UnobservableError(
@@ -238,9 +238,3 @@ def innovation_covariances(
     root = (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
     noise = (root / weights[rows, None, :]) @ np.swapaxes(root, 1, 2)
     return B @ P @ np.swapaxes(B, 1, 2), noise
-
-
-def _row_order(processed: FloatArray, order: IntArray) -> FloatArray:
-    out = np.empty_like(processed)
-    out[order] = processed
-    return out

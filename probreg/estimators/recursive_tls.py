@@ -11,7 +11,7 @@ from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import _total
 from probreg.estimators._bearings import in_time, require_bearings
-from probreg.estimators._estimate import Estimate
+from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._subsets import refuse_prior
 from probreg.estimators._tls_recursion import follow_lines
 from probreg.noise import Gaussian, NoiseLaw
@@ -155,12 +155,10 @@ class RecursiveTls:
                 "a robust start (start=StudentT(1.0)) or raise the threshold."
             )
         place = _total.place_of(v)
-        own = np.empty(n)
-        own[order] = weights
         return Estimate(
             place,
             _total.line_covariance(bearings, place, weights),
-            own,
+            in_rows(weights, order),
             path * _total.LENGTH_UNIT,
             True,
             {"order": order, "rejected": rejected, "first": first},

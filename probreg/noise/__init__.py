@@ -14,7 +14,8 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 ========================  =====================================  ========================
 """
 
-from probreg.noise._law import NoiseLaw, ScaleMixture
+from probreg.noise._law import NoiseLaw
+from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
 from probreg.noise.hard_reject import HardReject

@@ -10,7 +10,6 @@ where known in closed form, its normaliser and variance.
 from __future__ import annotations
 
 import dataclasses
-from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Any, ClassVar, Self
@@ -315,39 +314,6 @@ class NoiseLaw:
             f"cannot be {what}. Use it in an estimator, or take a proper law (Gaussian, "
             "StudentT, Contaminated, Hyperbolic, Huber)."
         )
-
-
-class ScaleMixture(NoiseLaw):
-    """A law that is Gaussian given a positive random precision."""
-
-    scale_mixture: ClassVar[bool] = True
-
-    @abstractmethod
-    def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
-        """Draw the precision given the squared norm, at unit scale."""
-
-    def draw_precision(
-        self, rng: np.random.Generator, v: FloatArray, m: Size | None = None
-    ) -> FloatArray:
-        """Draw the precisions of rows given their whitened residuals: the Gibbs step.
-
-        Their conditional mean is the equivalent weight.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-        v : ndarray, shape (..., M)
-            Whitened residuals.
-        m : int or ndarray, optional
-            True number of components of rows padded with zeros; default M.
-
-        Returns
-        -------
-        ndarray, shape (...), or (..., M) for component-wise laws
-        """
-        law = self._spread()
-        d2, size = law.squared_norm(v, m)
-        return law.draw_unit_precision(rng, d2, size) / np.asarray(law.unit) ** 2
 
 
 def above_zero(law: NoiseLaw, **values: Any) -> None:

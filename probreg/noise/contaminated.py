@@ -10,7 +10,8 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import ScaleMixture, Size, above_zero
+from probreg.noise._law import Size, above_zero
+from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
 

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import ScaleMixture, Size, above_zero
+from probreg.noise._law import Size, above_zero
+from probreg.noise._scale_mixture import ScaleMixture
 from probreg.typing import FloatArray
 
 

@@ -10,10 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from probreg import arviz_adapter
+from probreg._intervals import equal_tailed
 from probreg.arviz_adapter import Convergence
 from probreg.errors import InvalidInputError
 from probreg.path_posterior import PathPosterior
 from probreg.typing import FloatArray
+from probreg.validation import sampling_run
 
 
 class PathSampler(Protocol):
@@ -60,11 +62,7 @@ class PathDraws:
 
     def interval(self, probability: float) -> FloatArray:
         """Equal-tailed credible intervals, shape (T, d, 2)."""
-        if not 0.0 < probability < 1.0:
-            raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
-        tail = 0.5 * (1.0 - probability)
-        bounds = np.quantile(self.path, [tail, 1.0 - tail], axis=(0, 1))
-        return np.moveaxis(bounds, 0, -1)
+        return equal_tailed(self.path, probability, (0, 1))
 
     @cached_property
     def convergence(self) -> Convergence:
@@ -94,8 +92,4 @@ def require_paths(
     """Raise unless the numbers make sense."""
     if not isinstance(posterior, PathPosterior):
         raise InvalidInputError(f"takes a PathPosterior, not a {type(posterior).__name__}.")
-    if not isinstance(rng, np.random.Generator):
-        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
-    for name, value in (("num_draws", num_draws), ("num_chains", num_chains)):
-        if not isinstance(value, int | np.integer) or value < 1:
-            raise InvalidInputError(f"{name} is {value!r}; a whole number from 1 is needed.")
+    sampling_run(num_draws, num_chains, rng)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from probreg import arviz_adapter
+from probreg._intervals import equal_tailed
 from probreg.arviz_adapter import Convergence
-from probreg.errors import InvalidInputError
 from probreg.posterior import Posterior
 from probreg.typing import FloatArray
 
@@ -89,10 +89,7 @@ class Draws:
 
     def interval(self, probability: float) -> FloatArray:
         """Equal-tailed credible intervals, shape (d, 2)."""
-        if not 0.0 < probability < 1.0:
-            raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
-        tail = 0.5 * (1.0 - probability)
-        return np.quantile(self.flat, [tail, 1.0 - tail], axis=0).T
+        return equal_tailed(self.flat, probability, (0,))
 
     @cached_property
     def convergence(self) -> Convergence:

@@ -8,6 +8,7 @@ from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.moves.laplace_t import LaplaceT
 from probreg.posterior import Posterior
 from probreg.typing import FloatArray
+from probreg.validation import sampling_run
 
 
 def require_target(
@@ -24,11 +25,7 @@ def require_target(
     """
     if not isinstance(posterior, Posterior):
         raise InvalidInputError(f"a sampler takes a Posterior, not a {type(posterior).__name__}.")
-    if not isinstance(rng, np.random.Generator):
-        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
-    for name, value in (("num_draws", num_draws), ("num_chains", num_chains)):
-        if not isinstance(value, int | np.integer) or value < 1:
-            raise InvalidInputError(f"{name} is {value!r}; a whole number from 1 is needed.")
+    sampling_run(num_draws, num_chains, rng)
     if not posterior.noise.proper:
         raise ImproperLawError(
             f"{type(posterior.noise).__name__} is a rejection rule without a density, so there is "

@@ -5,7 +5,7 @@ Source: Guo, Wang, Ren, Hu and Mou, Control and Decision (2017), section 3.1.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,11 @@ class RaladScene:
         """Variance that each bias gains in a second, shape (6,)."""
         angle = np.deg2rad(self.drift_angle_deg)
         return np.tile([self.drift_range_m**2, angle**2, angle**2], 2)
+
+    def in_scans(self, scans: int) -> RaladScene:
+        """The same flight, watched in another number of scans."""
+        interval = self.scan_interval_s * self.scans / scans
+        return replace(self, scans=scans, scan_interval_s=interval)
 
 
 CASES = {

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from probreg.errors import InvalidInputError
+from probreg._intervals import equal_tailed
 from probreg.typing import FloatArray
 
 
@@ -37,10 +35,7 @@ class Track:
 
     def interval(self, probability: float) -> FloatArray:
         """Equal-tailed intervals of the draws of each scan, shape (T, d, 2)."""
-        if not 0.0 < probability < 1.0:
-            raise InvalidInputError(f"probability is {probability}; it must lie in (0, 1).")
-        tail = 0.5 * (1.0 - probability)
-        return np.moveaxis(np.quantile(self.draws, [tail, 1.0 - tail], axis=1), 0, -1)
+        return equal_tailed(self.draws, probability, (1,))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -10,8 +10,8 @@ from scipy.special import logsumexp
 from probreg import _kalman
 from probreg._resampling import systematic
 from probreg.errors import InvalidInputError
-from probreg.noise import NoiseLaw, StudentT
-from probreg.noise._law import ScaleMixture, require_scalar_law
+from probreg.noise import NoiseLaw, ScaleMixture, StudentT
+from probreg.noise._law import require_scalar_law
 from probreg.reweighting import per_component
 from probreg.tracking import _particles
 from probreg.tracking._track import Track

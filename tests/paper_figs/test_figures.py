@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import ast
 import csv
-import dataclasses
-import io
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 import paper_figs
 from experiments.results import load_result
-from experiments.runner import run_study
-from experiments.study import configurations, load_study, study_names
+from experiments.study import study_names
 from paper_figs.__main__ import names
+from tests.paper_figs.small import draw, draw_all, missing, run_small
+from tests.paper_figs.test_bayes_figures import BAYES
+from tests.paper_figs.test_bayes_figures import STUDIES as BAYES_STUDIES
+from tests.paper_figs.test_drift_figures import MH
+from tests.paper_figs.test_drift_figures import STUDIES as DRIFT_STUDIES
 
-ROOT = Path(__file__).parents[2]
 PAPER = [f"ralad_fig{k}" for k in range(1, 9)] + ["ralad_tables", "ralad_beyond"]
 PAPER += [*(f"lts_fig{k}" for k in range(1, 5)), "lts_beyond"]
 PASSIVE = [*(f"rekf_fig{k}" for k in range(1, 5)), *(f"rrtls_fig{k}" for k in range(1, 7))]
@@ -28,60 +26,27 @@ PASSIVE_TABLES = ["rekf_errors", "rekf_cost", "rrtls_errors", "passive_beyond_ta
 FILES = [*PAPER[:8], "ralad_beyond", *PAPER[10:], *(f"ralad_table{k}" for k in range(1, 7))]
 FILES += ["ralad_beyond_case1_rmse", "lts_fig3_symmetric", "lts_beyond_table"]
 FILES += PASSIVE + PASSIVE_TABLES
-BAYES = ["calibration_sbc", "calibration_reports", "calibration_position", "coverage_by_gamma"]
-BAYES += ["posterior_ralad", "coverage_methods"]
-FILES += [f"calibration_{kind}_pair_{d}d" for kind in ("sbc", "ranks") for d in (2, 3)] + BAYES[1:]
-MH = [*(f"mh_fig{k}" for k in range(1, 9)), "mh_table", "mh_sensitivity", "mh_gamma", "mh_lowpass"]
-MH += ["mh_radar", "drift_methods", "drift_trace", "drift_calibration"]
-FILES += [*MH, "mh_radar_table", "drift_methods_table", "drift_calibration_table"]
-FILES += ["calibration_table", "calibration_reports_table", "calibration_position_table"]
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """A few runs of every study, stored under the labels that figures ask for."""
-    folder = tmp_path_factory.mktemp("results")
-    for name in study_names():
-        study = load_study(name)
-        for label, config in configurations(study, "quick", []):
-            few = {"replicates": min(2, config.replicates)}
-            if hasattr(config, "runs"):
-                few["runs"] = min(4, config.runs)
-            if hasattr(config, "keep"):
-                few["keep"] = 19
-            small = dataclasses.replace(config, **few)
-            run_study(study, label, small, folder, 2, Console(file=io.StringIO()))
-    return folder
-
-
-def draw(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "paper_figs", *map(str, words)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
+    studies = [name for name in study_names() if name not in BAYES_STUDIES + DRIFT_STUDIES]
+    return run_small(studies, tmp_path_factory.mktemp("results"))
 
 
 @pytest.fixture(scope="module")
 def drawn(results, tmp_path_factory):
-    out = tmp_path_factory.mktemp("out")
-    done = draw("--results", results, "--out", out)
-    assert done.returncode == 0, done.stderr
-    return out, done
+    figures = [name for name in names() if name not in BAYES + MH]
+    return draw_all(figures, results, tmp_path_factory.mktemp("out"))
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert set(PAPER + PASSIVE + BAYES + MH) <= set(names())
+    assert set(PAPER + PASSIVE) <= set(names())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
-    out, done = drawn
-    for name in FILES:
-        assert (out / f"{name}.pdf").read_bytes().startswith(b"%PDF")
-        assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-        assert str(out / f"{name}.pdf") in done.stdout
-    assert not [p for p in out.iterdir() if p.suffix == ".tmp"]
+    assert missing(FILES, drawn) == []
+    assert not list(drawn[0].glob("*.tmp"))
 
 
 def test_tables_hold_the_saved_numbers_and_the_papers(drawn, results):
@@ -97,7 +62,7 @@ def test_tables_hold_the_saved_numbers_and_the_papers(drawn, results):
     assert (out / "ralad_table2.md").read_text().count("| ") > 20
 
 
-def test_numbers_change_with_the_results(results, tmp_path):
+def test_numbers_change_with_the_results(results, drawn, tmp_path):
     # a figure drawn from anything but the results would not notice
     import shutil
 
@@ -116,9 +81,8 @@ def test_numbers_change_with_the_results(results, tmp_path):
     manifest = json.loads((folder / "manifest.json").read_text())
     manifest["sha256"]["results.nc"] = file_hash(folder / "results.nc")
     write_json(folder / "manifest.json", manifest)
-    for source, out in ((results, tmp_path / "a"), (other, tmp_path / "b")):
-        assert draw("ralad_tables", "--results", source, "--out", out).returncode == 0
-    one, two = ((tmp_path / k / "ralad_table2.csv").read_text() for k in "ab")
+    assert draw("ralad_tables", "--results", other, "--out", tmp_path / "b").returncode == 0
+    one, two = ((out / "ralad_table2.csv").read_text() for out in (drawn[0], tmp_path / "b"))
     first, second = (
         float(
             next(r for r in csv.reader(t.splitlines()) if r[0] == "  ours, true")[1].split(" ")[0]
@@ -128,10 +92,9 @@ def test_numbers_change_with_the_results(results, tmp_path):
     assert second - first == pytest.approx(1.0, abs=0.02)
 
 
-def test_drawing_twice_gives_the_same_picture(results, tmp_path):
-    for k in "ab":
-        assert draw("ralad_fig7", "--results", results, "--out", tmp_path / k).returncode == 0
-    one, two = ((tmp_path / k / "ralad_fig7.png").read_bytes() for k in "ab")
+def test_drawing_again_alone_gives_the_same_picture(results, drawn, tmp_path):
+    assert draw("ralad_fig7", "--results", results, "--out", tmp_path).returncode == 0
+    one, two = ((out / "ralad_fig7.png").read_bytes() for out in (drawn[0], tmp_path))
     assert one == two
 
 

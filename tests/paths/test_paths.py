@@ -17,6 +17,7 @@ from probreg.path_posterior import PathPosterior
 from probreg.paths import ExactPath, GibbsPath, MetropolisPath, NutsPath, StepScale
 from probreg.samplers import Nuts
 from probreg.trajectory import Trajectory
+from tests.conftest import symmetric_roots
 from tests.judge import limit
 from tests.test_trajectory import dense, make
 
@@ -200,8 +201,7 @@ def test_paths_are_calibrated(sampler):
             if t:
                 step = np.linalg.cholesky(model.Q[t - 1]) @ generator.standard_normal(2)
                 x = model.F[t - 1] @ x + step
-            values, vectors = np.linalg.eigh(model.R[t])
-            noise = vectors @ (np.sqrt(values) * (vectors.T @ law.sample(generator, 1, 2)[0]))
+            noise = symmetric_roots(model.R[t]) @ law.sample(generator, 1, 2)[0]
             truth.append(x)
             y.append(model.H[t] @ x + noise)
         data = dataclasses.replace(model, y=np.array(y))
@@ -210,7 +210,8 @@ def test_paths_are_calibrated(sampler):
         draws = sampler.sample(PathPosterior(data, law), number, chains, generator)
         paths = np.swapaxes(draws.path, 0, 1).reshape(-1, 8, 2)[-1:-148:-3]
         ranks.append((paths < np.array(truth)).sum(axis=0)[[0, 4, 7]].ravel())
-    Ranks(np.array(ranks), 49, tuple("abcdef")).require(1e-3)
+    p_values = Ranks(np.array(ranks), 49, tuple("abcdef")).p_values
+    assert p_values.min() >= 1e-3 / 6
 
 
 def test_settings_are_checked():

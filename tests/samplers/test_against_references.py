@@ -64,6 +64,18 @@ def test_provenance_is_recorded():
     assert all(result["least_ess"] > 40_000 for result in facts["results"].values())
 
 
+# 12 scores in each of eight cases; family-wise false-alarm rate 1e-3 over all of them
+LIMIT = limit(np.empty(12 * 8), 1e-3)
+
+
+def worst(draws, data):
+    """Largest |z| of the moments against those stored, both Monte-Carlo errors counted."""
+    scores = z_scores(
+        draws, data["mean"], data["sd"] ** 2, 200, data["mean_error"], data["variance_error"]
+    )
+    return np.abs(scores).max()
+
+
 @pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
 def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
     data = stored("student")
@@ -71,7 +83,7 @@ def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
     unknown = (NoiseParameter("nu", 5.0, 0.5), NoiseParameter("scale", 1.0, 0.5))
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(sampler, Posterior(problem, StudentT(5.0), prior, unknown))
-    judge(draws, data)
+    assert worst(draws, data) < LIMIT
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
@@ -80,15 +92,7 @@ def test_six_unknowns_under_the_contaminated_law_agree_with_the_package(sampler)
     problem = RegistrationProblem(data["y"], data["B"], np.tile(np.eye(3), (len(data["y"]), 1, 1)))
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(sampler, Posterior(problem, Contaminated(0.1, 10.0), prior))
-    judge(draws, data)
-
-
-def judge(draws, data):
-    """12 scores a case, family-wise false-alarm rate 1e-3 over the eight cases."""
-    scores = z_scores(
-        draws, data["mean"], data["sd"] ** 2, 200, data["mean_error"], data["variance_error"]
-    )
-    assert np.abs(scores).max() < limit(np.empty(96), 1e-3)
+    assert worst(draws, data) < LIMIT
 
 
 def test_the_judge_sees_a_posterior_that_is_another():
@@ -98,5 +102,4 @@ def test_the_judge_sees_a_posterior_that_is_another():
     problem = RegistrationProblem(data["y"], data["B"], R)
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(MetropolisHastings(), Posterior(problem, Contaminated(0.1, 10.0), prior))
-    with pytest.raises(AssertionError):
-        judge(draws, data)
+    assert worst(draws, data) > LIMIT
