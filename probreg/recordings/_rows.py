@@ -85,7 +85,7 @@ class Rows:
                 self.others[:] = columns.check_names(batch.schema.names, self.setup)
             if start + len(batch) > limit:
                 raise InvalidInputError(
-                    f"more than row_limit = {limit} rows, about {limit / 1e7:.1f} GB in memory. "
+                    f"more than row_limit = {limit} rows, about {limit / 4e6:.2g} GB in memory. "
                     "Cut the recording into pieces of time, or raise row_limit."
                 )
             yield self.arrays(batch, start)

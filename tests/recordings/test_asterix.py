@@ -7,7 +7,7 @@ import pytest
 
 from probreg.errors import InvalidInputError
 from probreg.geometry import wrap_angle
-from probreg.recordings import Setup, asterix
+from probreg.recordings import Setup, asterix, new_table, table
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import PositionSensor, Radar2D, Radar3D
 
@@ -145,6 +145,18 @@ def test_simulated_plots_come_back_at_their_places(tmp_path, reference):
         reach = np.linalg.norm(xy[rows] - getattr(sensor, "position", 0.0), axis=1)
         last = 0.7 + (0.0 if k == 2 else NM / 512 * 1.2) + (0.0 if k == 2 else 5e-5) * reach
         assert (np.linalg.norm(at - xy[rows], axis=1) < last).all()
+
+
+def test_a_recording_of_plots_is_kept_as_a_table(tmp_path):
+    write(tmp_path / "r.ast")
+    said = setup("west", "east", "adsb")
+    recording, _ = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    new_table.create(tmp_path / "r.parquet", recording, said)
+    again = table.read(tmp_path / "r.parquet", said).recording
+    difference = again.values - recording.values
+    difference[recording.sensor < 2, 1] = wrap_angle(difference[recording.sensor < 2, 1])
+    assert np.abs(difference).max() < 1e-9
+    np.testing.assert_array_equal(again.time, recording.time)
 
 
 def test_flat_geometry_would_be_wrong_by_more_than_the_biases_looked_for(tmp_path):
