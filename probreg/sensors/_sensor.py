@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+import numpy as np
+
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, positive_number
 
@@ -48,6 +50,9 @@ class Sensor(Protocol):
 
     def covariance(self, positions: FloatArray) -> FloatArray:
         """Covariance (n, d, d) of the converted position."""
+
+    def sample_noise(self, rng: np.random.Generator, n: int) -> FloatArray:
+        """Draw n errors of reports, shape (n, q)."""
 
 
 def settle(sensor: Any, dim: int, *sigmas: str) -> None:
