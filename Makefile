@@ -30,6 +30,7 @@ benchmark: $(READY)
 	$(PY) benchmarks/robust_fits.py
 	$(PY) benchmarks/bearings.py
 	$(PY) benchmarks/static_posterior.py
+	$(PY) benchmarks/paths.py
 
 # rebuilt only when the lock or the project file changes
 $(READY): requirements.lock pyproject.toml
