@@ -121,8 +121,10 @@ class Whitened:
         return v.reshape(*v.shape[:-2], -1) @ self.A.reshape(-1, self.A.shape[-1])
 
     def part(self, chosen: slice) -> Whitened:
-        """Some of the rows."""
-        return Whitened(self.v[chosen], self.A[chosen], self.size[chosen], self.log_det[chosen])
+        """Some of the rows, no wider than they need."""
+        size = self.size[chosen]
+        m = int(size.max())
+        return Whitened(self.v[chosen, :m], self.A[chosen, :m], size, self.log_det[chosen])
 
 
 @dataclass(frozen=True, eq=False)

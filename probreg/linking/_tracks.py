@@ -131,7 +131,7 @@ def _apart(
     for j, own in enumerate(reports):
         late = np.minimum(span[:, 1], span[j, 1]) - np.maximum(span[:, 0], span[j, 0]) > 0.0
         for i in np.flatnonzero(late & (sensor < sensor[j])):
-            other = reports[i]
+            other = reports[int(i)]
             at, inside = _interpolated(
                 placed.time[other], placed.where[other], placed.time[own], setup.window_s
             )

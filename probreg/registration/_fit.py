@@ -8,36 +8,35 @@ from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
-from probreg.reweighting import Reweighted, spd_inverse
+from probreg.reweighting import Reweighted
 from probreg.typing import FloatArray, IntArray
 
 _PASSES = 12
-_CLOSE = 0.02  # posterior standard deviations
+_CLOSE = 0.02  # posterior standard deviations, of a pass
+_STEP = 1e-3  # the same of a reweighting
 
 
 def settle(
-    problem: RecordingProblem, law: NoiseLaw, prior: GaussianPrior, theta: FloatArray, passes: int
+    problem: RecordingProblem,
+    law: NoiseLaw,
+    prior: GaussianPrior,
+    theta: FloatArray,
+    *,
+    near: bool = False,
 ) -> tuple[FloatArray, RegistrationProblem]:
     """The mode, and the linear problem tangent within a fiftieth of a standard deviation of it.
 
-    Every pass takes the robust start anew, so that no early linearisation holds it back.
+    Unless theta is `near` the mode, the first pass takes a robust start.
     """
-    for _ in range(min(passes, _PASSES)):
+    for k in range(_PASSES):
         linear = problem.linearise(theta)
         fit = Reweighted(linear, law, prior)
-        mode = fit.mode()
+        mode = fit.mode(theta if near or k else None, tolerance=_STEP)
         step, theta = mode.theta - theta, mode.theta
         precision = fit.normal_matrix(linear.whitened(), mode.weights)
         if float(step @ precision @ step) < _CLOSE**2:
             break
     return theta, linear
-
-
-def covariance(linear: RegistrationProblem, law: NoiseLaw, prior: GaussianPrior) -> FloatArray:
-    """Inverse normal matrix (p, p) at the mode."""
-    fit = Reweighted(linear, law, prior)
-    mode = fit.mode()
-    return spd_inverse(fit.normal_matrix(linear.whitened(), mode.weights))
 
 
 def some_rows(linear: RegistrationProblem, rows: IntArray) -> RegistrationProblem:

@@ -27,9 +27,10 @@ from probreg.samplers._draws import PARETO_K
 from probreg.typing import FloatArray
 
 PROVISIONAL = StudentT(3.0)  # bears half of the rows being wrong
-FEW_ROWS = 20_000  # for provisional fits, and the comparison of laws
-LAW_ROWS = 5_000
+FEW_ROWS = 4_000  # for provisional fits
+LAW_ROWS = 2_000  # for the comparison of laws
 CHAIN_ROWS = 2_000  # up to which chains are cheap; beyond, importance sampling, if it can
+MANY_ROWS = 20_000  # beyond which chains take too long
 _ROUNDS = 2  # of association with the biases known better and better
 _CHAINS = 4
 
@@ -67,7 +68,7 @@ def register(
     setup : Setup
     rng : numpy.random.Generator
     laws : sequence of LawChoice
-        Compared by leave-one-out on at most 5 000 rows evenly spread; the best is used.
+        Compared by leave-one-out on at most 2 000 rows evenly spread; the best is used.
     num_draws : int
         Posterior draws.
     holdout : float
@@ -93,7 +94,7 @@ def register(
     problem = RecordingProblem(recording, setup)
     prior = GaussianPrior.from_sd(problem.prior_sd)
     clock.stop("rows")
-    theta = _provisional(problem, prior, problem.start)
+    theta = _provisional(problem, prior, None)
     for _ in range(_ROUNDS):
         before = recording.target
         recording = _associate_again(given, setup, theta)
@@ -114,7 +115,7 @@ def register(
     notes += chosen.notes
     clock.stop("laws")
     law = chosen.fitted[chosen.choice.name]
-    theta, linear = settle(problem, law, prior, theta, 6)
+    theta, linear = settle(problem, law, prior, theta, near=True)
     clock.stop("mode")
     posterior = Posterior(linear, chosen.choice.law, prior, chosen.choice.unknown)
     draws = _draw(posterior, num_draws, rng)
@@ -146,10 +147,14 @@ def register(
     )
 
 
-def _provisional(problem: RecordingProblem, prior: GaussianPrior, theta: FloatArray) -> FloatArray:
+def _provisional(
+    problem: RecordingProblem, prior: GaussianPrior, theta: FloatArray | None
+) -> FloatArray:
+    """The robust mode of some rows, from the last one where there is one."""
     rows = thinned(len(problem.plan), FEW_ROWS)
     few = problem if len(rows) == len(problem.plan) else problem.take(rows)
-    return settle(few, PROVISIONAL, prior, theta, 3)[0]
+    start = problem.start if theta is None else theta
+    return settle(few, PROVISIONAL, prior, start, near=theta is not None)[0]
 
 
 def _associate_again(given: Recording, setup: Setup, theta: FloatArray) -> Recording:
@@ -165,8 +170,8 @@ def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Dra
     rows = len(posterior.rows.size)
     a_chain = -(-num_draws // _CHAINS)
     if rows > CHAIN_ROWS:
-        draws = Importance(oversample=2.0).sample(posterior, a_chain, _CHAINS, rng)
-        if draws.facts["pareto_k"] <= PARETO_K or rows > FEW_ROWS:
+        draws = Importance(oversample=1.0).sample(posterior, a_chain, _CHAINS, rng)
+        if draws.facts["pareto_k"] <= PARETO_K or rows > MANY_ROWS:
             return draws
     sampler = Gibbs() if posterior.noise.scale_mixture else MetropolisHastings()
     return sampler.sample(posterior, a_chain, _CHAINS, rng)

@@ -97,7 +97,7 @@ def compare_terms(
 
 def _predicted(problem: RecordingProblem, fold: IntArray, law: NoiseLaw) -> FloatArray:
     prior = GaussianPrior.from_sd(problem.prior_sd)
-    _, linear = settle(problem, law, prior, problem.start, 4)
+    _, linear = settle(problem, law, prior, problem.start)
     score = np.zeros(len(fold))
     for k in np.unique(fold):
         held = fold == k
