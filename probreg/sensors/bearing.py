@@ -51,9 +51,9 @@ class BearingSensor:
         return np.array([np.deg2rad(1.0)])
 
     def check(self, reports: FloatArray) -> FloatArray:
-        """Check bearings (n,) for shape, non-finite values and degrees passed as radians."""
+        """Check bearings (n,) or (n, 1): shape, non-finite values, degrees passed as radians."""
         label = f"bearing of sensor {self.name!r}"
-        reports = finite_array(label, reports, (None,))
+        reports = finite_array(label, reports, (None, 1)[: max(np.ndim(reports), 1)])
         refuse_degrees(label, reports, 2.0 * np.pi)
         return reports
 

@@ -1,0 +1,166 @@
+"""Batches of a table's cells into arrays of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from probreg.errors import InvalidInputError
+from probreg.geometry import azimuth_from_north, wrap_angle
+from probreg.recordings import _columns as columns
+from probreg.recordings._formats import format_of
+from probreg.recordings._kinds import UNITS
+from probreg.recordings._setup import Setup
+from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors import Sensor
+from probreg.typing import FloatArray, IntArray
+
+COMPASS = ("azimuth", "bearing")  # components that count from a north
+
+
+def factor(column: str) -> float:
+    """SI units a unit of a column, by the ending of its name."""
+    return UNITS["_" + column.rsplit("_", 1)[1]]
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A table that is read batch by batch.
+
+    Attributes
+    ----------
+    path : Path
+    setup : Setup
+    labels : dict of str to int
+        Numbers of the targets met so far.
+    others : list of str
+        Columns that are none of ours; filled at the first batch.
+    """
+
+    path: Path
+    setup: Setup
+    labels: dict[str, int] = field(default_factory=dict)
+    others: list[str] = field(default_factory=list)
+
+    def where(self, row: int) -> str:
+        """Name a row, counted from 0, for an error."""
+        return format_of(self.path).row_name(self.path, row)
+
+    def read(self, limit: int) -> dict[str, Any]:
+        """Read every batch and put the arrays together, in the order of the file."""
+        parts = list(self._parts(limit))
+        if not sum(len(part["time"]) for part in parts):
+            raise InvalidInputError("no rows below the names of the columns.")
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def _parts(self, limit: int) -> Iterator[dict[str, Any]]:
+        start = 0
+        for batch in format_of(self.path).batches(self.path):
+            if start == 0:
+                self.others[:] = columns.check_names(batch.schema.names, self.setup)
+            if start + len(batch) > limit:
+                raise InvalidInputError(
+                    f"more than row_limit = {limit} rows, about {limit / 1e7:.1f} GB in memory. "
+                    "Cut the recording into pieces of time, or raise row_limit."
+                )
+            yield self.arrays(batch, start)
+            start += len(batch)
+
+    def arrays(self, batch: pa.RecordBatch, start: int) -> dict[str, Any]:
+        """Arrays of a recording from one batch that starts at row `start` of the file."""
+
+        def where(row: int) -> str:
+            return self.where(start + row)
+
+        sensors = self.setup.sensors
+        known = {sensor.name: k for k, sensor in enumerate(sensors)}
+        sensor, strange = columns.codes(batch.column("sensor"), known, grow=False)
+        if (sensor < 0).any():
+            row = int(np.argmax(sensor < 0))
+            said = repr(strange[0]) if strange else "empty"
+            raise InvalidInputError(
+                f"{where(row)}: sensor is {said}, which the setup lacks; it has {list(known)}."
+            )
+        cells = {
+            name: columns.numbers(batch.column(name), name, where)
+            for name in batch.schema.names
+            if name in columns.LIMITS
+        }
+        clock = next(name for name in columns.TIMES if name in batch.schema.names)
+        time = columns.seconds(batch.column(clock), clock, where)
+        lost = np.flatnonzero(~np.isfinite(time))
+        if lost.size:
+            raise InvalidInputError(f"{where(int(lost[0]))}: {clock} is empty; fill it in.")
+        out: dict[str, Any] = {"sensor": sensor, "time": time}
+        out["target"] = np.full(len(batch), -1, dtype=np.int32)
+        if "target" in batch.schema.names:
+            out["target"], _ = columns.codes(batch.column("target"), self.labels, grow=True)
+        out["values"] = np.full((len(batch), max(len(s.bias_names) for s in sensors)), np.nan)
+        out["azimuth_deg"] = cells.get("azimuth_deg", np.full(len(batch), np.nan))
+        moving = columns.OWN[0] in cells or columns.OWN[1] in cells
+        if moving:
+            out["own_position"] = np.zeros((len(batch), max(s.dim for s in sensors)))
+        if "heading_deg" in cells:
+            out["heading"] = np.full(len(batch), np.nan)
+        for k, own in enumerate(sensors):
+            rows = np.flatnonzero(sensor == k)
+            self._fill(out, own, rows, cells, where)
+        return out
+
+    def _fill(
+        self,
+        out: dict[str, Any],
+        sensor: Sensor,
+        rows: IntArray,
+        cells: dict[str, FloatArray],
+        where: columns.Where,
+    ) -> None:
+        """Write one sensor's rows into the arrays."""
+        for name in columns.needed(sensor, self.setup):
+            columns.inside(cells[name][rows], name, rows, where)
+        place = np.zeros((len(rows), sensor.dim)) + getattr(sensor, "position", 0.0)
+        # a position sensor reports in the common frame whatever carries it
+        if "own_position" in out and "x" not in sensor.bias_names:
+            own = self._own(cells, rows, out["own_position"].shape[1], where)
+            out["own_position"][rows] = own
+            place = place + own[:, : sensor.dim]
+        turn = self._convergence(place)
+        for j, name in enumerate(sensor.bias_names):
+            column = columns.COMPONENTS[name]
+            value = factor(column) * cells[column][rows]
+            if name in COMPASS:
+                north = 1.0 if sensor.from_north else -1.0  # type: ignore[attr-defined]
+                body = sensor.name in self.setup.body_frame
+                value = wrap_angle(value if body else value + north * turn)
+            out["values"][rows, j] = value
+        if "heading" in out:
+            heading = cells["heading_deg"][rows]
+            given = np.flatnonzero(np.isfinite(heading))
+            columns.inside(heading[given], "heading_deg", rows[given], where)
+            out["heading"][rows] = azimuth_from_north(np.deg2rad(heading) + turn)
+
+    def _own(
+        self, cells: dict[str, FloatArray], rows: IntArray, dim: int, where: columns.Where
+    ) -> FloatArray:
+        """Own positions (m, dim); rows that give none at all do not move."""
+        names = [name for name in columns.OWN if name in cells]
+        given = np.stack([cells[name][rows] for name in names], axis=1)
+        moving = np.isfinite(given).any(axis=1)
+        own = np.zeros((len(rows), 3))
+        for j, name in enumerate(names):
+            values = columns.inside(given[moving, j], name, rows[moving], where)
+            own[moving, columns.OWN.index(name)] = values
+        return own[:, :dim]
+
+    def _convergence(self, place: FloatArray) -> FloatArray:
+        """Clockwise angle from the frame's north to true north at each place (m, d)."""
+        if self.setup.origin is None or not len(place):
+            return np.zeros(len(place))
+        if (place == place[0]).all():
+            return np.full(len(place), LocalFrame(*self.setup.origin).convergence(place[0]))
+        return LocalFrame(*self.setup.origin).convergence(place)

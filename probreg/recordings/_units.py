@@ -1,0 +1,64 @@
+"""Wrong units by the look of the numbers: radians for degrees, kilometres for metres."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.recordings._recording import Recording
+from probreg.typing import FloatArray
+
+ENOUGH = 20  # reports, to speak of a spread
+NEARLY_A_TURN = 5.5  # of the 6.28 that radians can spread over
+FEW_SIGMAS = 10.0  # no radar's longest range is so few of its standard deviations
+
+
+def refuse_radians(azimuths_deg: FloatArray) -> None:
+    """Refuse a column of degrees that spreads over all that radians can, and no further.
+
+    Sensors that look into one narrow sector may spread over a few degrees only; that they end
+    where radians end as well is no accident when the spread is nearly a turn of them.
+    """
+    if len(azimuths_deg) < ENOUGH:
+        return
+    low, high = float(azimuths_deg.min()), float(azimuths_deg.max())
+    bounds = ((-np.pi, np.pi), (0.0, 2.0 * np.pi))
+    fits = any(low >= start - 1e-3 and high <= end + 1e-3 for start, end in bounds)
+    if fits and high - low > NEARLY_A_TURN:
+        raise InvalidInputError(
+            f"column 'azimuth_deg' runs from {low:.3f} to {high:.3f} and no further: these look "
+            "like radians. Convert them to degrees, or pass trust_units=True."
+        )
+
+
+def refuse_kilometres(recording: Recording) -> None:
+    """Refuse ranges too short for the radar's accuracy or for the distance to the others.
+
+    Radars share targets only if their ranges together reach from one to the other.
+    """
+    placed = {
+        k: np.asarray(sensor.position[:2])
+        for k, sensor in enumerate(recording.sensors)
+        if hasattr(sensor, "position")
+    }
+    reach = {k: float(recording.values[recording.sensor == k, 0].max()) for k in placed}
+    for k, place in placed.items():
+        sensor = recording.sensors[k]
+        apart = [
+            np.linalg.norm(place - other) - reach[j] - reach[k]
+            for j, other in placed.items()
+            if j != k
+        ]
+        sigma = getattr(sensor, "sigma_range", 0.0)
+        short = reach[k] < FEW_SIGMAS * sigma
+        if short or (recording.own_position is None and apart and min(apart) > 0.0):
+            reason = (
+                f"its standard deviation is {sigma:g} m"
+                if short
+                else f"the ranges of the nearest radar leave a gap of {min(apart):.0f} m to it"
+            )
+            raise InvalidInputError(
+                f"range_m of sensor {sensor.name!r} is {reach[k]:g} at most, but {reason}: these "
+                "look like kilometres or miles. Convert them to metres, correct the sensor's "
+                "place, or pass trust_units=True."
+            )

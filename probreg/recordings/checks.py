@@ -1,0 +1,111 @@
+"""What must hold of a recording whatever file it came from; each check raises or is silent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.recordings._recording import UNKNOWN, Recording
+
+
+def _report(number: int) -> str:
+    return f"report {number}"
+
+
+def several_sensors(recording: Recording) -> None:
+    """Refuse fewer than two sensors, and sensors without a report."""
+    names = [sensor.name for sensor in recording.sensors]
+    if len(names) < 2:
+        raise InvalidInputError(
+            f"one sensor only ({', '.join(names)}): a bias shows in what two sensors, or a sensor "
+            "and a reference, say of one target. Add the reports of another."
+        )
+    counts = np.bincount(recording.sensor, minlength=len(names))
+    silent = [name for name, count in zip(names, counts, strict=True) if count == 0]
+    if silent:
+        raise InvalidInputError(
+            f"sensor {silent[0]!r} has no report. Take it out of the setup, or correct its name: "
+            f"with reports are {[n for n, c in zip(names, counts, strict=True) if c]}."
+        )
+
+
+def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -> None:
+    """Refuse two reports that agree in sensor, time, target and every value."""
+    columns = (recording.time, recording.sensor, recording.target, *recording.values.T)
+    order = np.lexsort(columns[::-1])
+    same = np.ones(max(len(recording) - 1, 0), dtype=bool)
+    for column in columns:
+        ahead, behind = column[order[1:]], column[order[:-1]]
+        same &= (ahead == behind) | ((ahead != ahead) & (behind != behind))
+    twice = np.flatnonzero(same)
+    if twice.size:
+        first, second = sorted((int(order[twice[0]]), int(order[twice[0] + 1])))
+        raise InvalidInputError(
+            f"{where(second)} repeats {where(first)}: same sensor, time, target and values "
+            f"({twice.size} such in all). Remove the repetitions; they would count twice."
+        )
+
+
+def clocks_overlap(recording: Recording, window_s: float) -> None:
+    """Refuse a sensor that reports at no time, within a window, at which another does."""
+    spans = []
+    for k in range(len(recording.sensors)):
+        time = recording.time[recording.sensor == k]
+        spans.append((time[0], time[-1]))
+    for k, (start, end) in enumerate(spans):
+        gaps = [max(s - end, start - e) for j, (s, e) in enumerate(spans) if j != k]
+        if min(gaps) > window_s:
+            raise InvalidInputError(
+                f"the times of sensor {recording.sensors[k].name!r} ({start:.3f} to {end:.3f} s) "
+                f"miss those of every other by {min(gaps):.3f} s or more. Were other clocks "
+                "(time of day, POSIX, GPS) or other recordings meant?"
+            )
+
+
+def common_targets(recording: Recording) -> None:
+    """Refuse a sensor whose identities no other sensor gives, where two give identities."""
+    sets = [
+        set(np.unique(recording.target[(recording.sensor == k)]).tolist()) - {UNKNOWN}
+        for k in range(len(recording.sensors))
+    ]
+    given = [k for k, own in enumerate(sets) if own]
+    for k in given if len(given) > 1 else ():
+        others = set().union(*(sets[j] for j in given if j != k))
+        if not sets[k] & others:
+            one, other = min(sets[k]), min(others)
+            raise InvalidInputError(
+                f"sensor {recording.sensors[k].name!r} has no target in common with another: it "
+                f"has {_label(recording, one)}, others {_label(recording, other)}. Give "
+                "identities that the sensors share, or leave them empty to pair by position."
+            )
+
+
+def _label(recording: Recording, target: int) -> str:
+    return repr(recording.labels[target]) if target < len(recording.labels) else str(target)
+
+
+def check(
+    recording: Recording, window_s: float = 10.0, where: Callable[[int], str] = _report
+) -> None:
+    """Run every check.
+
+    Parameters
+    ----------
+    recording : Recording
+    window_s : float
+        Longest time between reports that are compared.
+    where : callable, optional
+        From the number of a report to what the reader of an error knows it by.
+
+    Raises
+    ------
+    InvalidInputError
+        One sensor only, a sensor without reports, duplicates, clocks that do not overlap, no
+        common target where identities are given.
+    """
+    several_sensors(recording)
+    no_duplicates(recording, where)
+    clocks_overlap(recording, window_s)
+    common_targets(recording)
