@@ -19,6 +19,7 @@ from probreg.reweighting import Reweighted, per_component
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 _CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
+_WORTH_SORTING = 100_000  # numbers above which blocks of rows of one size pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,9 +250,14 @@ class Posterior(Reweighted):
         rows = self.rows
         n, width = len(rows.size), int(rows.size.max())
         length = max(1, _CHUNK // max(1, thetas * width))
-        if length >= n:
+        edges = np.arange(0, n, length)
+        if thetas * n * width > _WORTH_SORTING:
+            # where rows of one size lie together, laws compute one normaliser for each size
+            changes = np.flatnonzero(np.diff(rows.size)) + 1
+            edges = np.union1d(edges, changes) if len(changes) <= width else edges
+        if len(edges) == 1:
             return [rows]
-        return [rows.part(slice(a, a + length)) for a in range(0, n, length)]
+        return [rows.part(slice(a, b)) for a, b in zip(edges, [*edges[1:], n], strict=True)]
 
 
 def _sizes(rows: Rows) -> IntArray | int:

@@ -19,8 +19,8 @@ from probreg.observability import Observability, observe
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array, positive_definite
 
-_SCALES = {"m": 1.0, "rad": 1e-3}
-_PRIOR_SD = {"m": 100.0, "rad": float(np.deg2rad(1.0))}
+_SCALES = {"m": 1.0, "rad": 1e-3, "s": 1e-2, "m/m": 1e-4}
+_PRIOR_SD = {"m": 100.0, "rad": float(np.deg2rad(1.0)), "s": 0.5, "m/m": 1e-3}
 
 
 class Problem(Protocol):
@@ -121,8 +121,10 @@ class Whitened:
         return v.reshape(*v.shape[:-2], -1) @ self.A.reshape(-1, self.A.shape[-1])
 
     def part(self, chosen: slice) -> Whitened:
-        """Some of the rows."""
-        return Whitened(self.v[chosen], self.A[chosen], self.size[chosen], self.log_det[chosen])
+        """Some of the rows, no wider than they need."""
+        size = self.size[chosen]
+        m = int(size.max())
+        return Whitened(self.v[chosen, :m], self.A[chosen, :m], size, self.log_det[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +202,7 @@ class RegistrationProblem:
 
     @property
     def prior_sd(self) -> FloatArray:
-        """100 m or 1 degree by unit, 1 where there is none, shape (p,)."""
+        """100 m, 1 degree, 0.5 s or 1e-3 by unit, 1 where there is none, shape (p,)."""
         return np.array([_PRIOR_SD.get(unit, 1.0) for unit in self.units])
 
     @property
@@ -255,7 +257,7 @@ class RegistrationProblem:
 
 
 def bias_scale(units: tuple[str, ...]) -> FloatArray:
-    """One metre or one milliradian for each unknown, 1 where there is no unit, shape (p,)."""
+    """1 m, 1 mrad, 10 ms or 1e-4 in proportion by unit, 1 where there is none, shape (p,)."""
     return np.array([_SCALES.get(unit, 1.0) for unit in units])
 
 

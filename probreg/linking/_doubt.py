@@ -1,0 +1,79 @@
+"""Reports that are far from the path of the target whose identity they carry."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numba
+import numpy as np
+
+from probreg.linking._frame import place
+from probreg.recordings import UNKNOWN, Recording, Setup
+from probreg.typing import BoolArray, FloatArray, IntArray
+
+_BESIDE = 3  # neighbours before and after
+_LEAST = 3  # lines through neighbours that must pass a report
+
+
+def doubt_identities(recording: Recording, setup: Setup, theta: FloatArray) -> Recording:
+    """Take away identities that the reports before and after contradict.
+
+    A report keeps its identity if three of the straight lines through pairs of its neighbours
+    of that identity pass it within the gate, widened by six standard deviations of its own
+    noise. Neighbours that are wrong themselves may thus be many: their lines go elsewhere.
+
+    Parameters
+    ----------
+    recording : Recording
+    setup : Setup
+    theta : ndarray, shape (p,)
+        The biases as far as they are known.
+    """
+    placed = place(recording, setup, theta)
+    known = np.flatnonzero(recording.target != UNKNOWN)
+    order = known[np.lexsort((placed.time[known], recording.target[known]))]
+    believed = _support(
+        np.ascontiguousarray(recording.target[order], dtype=np.int64),
+        placed.time[order],
+        placed.where[order],
+        placed.gate[order],
+        setup.window_s,
+    )
+    changed = recording.target.copy()
+    changed[order[~believed]] = UNKNOWN
+    return dataclasses.replace(recording, target=changed)
+
+
+@numba.njit(cache=True)
+def _support(
+    target: IntArray, time: FloatArray, where: FloatArray, gate: FloatArray, window: float
+) -> BoolArray:
+    """Whether enough lines through its neighbours pass each report, or there are too few."""
+    n, d = where.shape
+    believed = np.ones(n, dtype=np.bool_)
+    near = np.empty(2 * _BESIDE, dtype=np.int64)
+    for i in range(n):
+        found = 0
+        for step in (-1, 1):
+            j, taken = i + step, 0
+            while taken < _BESIDE and 0 <= j < n and target[j] == target[i]:
+                if abs(time[j] - time[i]) > 2.0 * window:
+                    break
+                near[found] = j
+                found, taken, j = found + 1, taken + 1, j + step
+        made, passed = 0, 0
+        for x in range(found):
+            for y in range(x + 1, found):
+                a, b = near[x], near[y]
+                gap = time[b] - time[a]
+                reach = max(abs(time[i] - time[a]), abs(time[i] - time[b]))
+                if abs(gap) < 0.5 * reach or gap == 0.0:
+                    continue  # too far to extrapolate
+                made += 1
+                share, square = (time[i] - time[a]) / gap, 0.0
+                for c in range(d):
+                    line = where[a, c] + share * (where[b, c] - where[a, c])
+                    square += (where[i, c] - line) ** 2
+                passed += square <= gate[i] ** 2
+        believed[i] = passed >= min(_LEAST, made)
+    return believed

@@ -1,0 +1,190 @@
+"""Tracks of each sensor, and which of them are of one target."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from probreg.association import assign
+from probreg.linking._frame import Placed
+from probreg.linking._labelled import _interpolated
+from probreg.recordings import UNKNOWN, Recording, Setup
+from probreg.typing import FloatArray, IntArray
+
+SPEED_M_S = 350.0  # of what is tracked
+_LEAST = 4  # reports of a track
+_COMMON = 4  # reports at common times that a match needs
+_MISSED = 3.0  # scans after which a track ends
+_OVERLAP = 0.2  # of the shorter track: two tracks of one sensor are then two targets
+
+
+def common_tracks(recording: Recording, setup: Setup, placed: Placed) -> IntArray:
+    """Identities (n,) by tracks: one number for all tracks that are of one target."""
+    track = np.full(len(recording), UNKNOWN)
+    for k in np.unique(recording.sensor):
+        rows = np.flatnonzero(recording.sensor == k)
+        rows = rows[np.argsort(placed.time[rows], kind="stable")]
+        own = link(placed.time[rows], placed.where[rows], placed.gate[rows], setup)
+        track[rows[own != UNKNOWN]] = own[own != UNKNOWN] + track.max() + 1
+    return _matched(recording, setup, placed, track)
+
+
+def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) -> IntArray:
+    """Track number (n,) of one sensor's reports in order of time, -1 for none.
+
+    Reports of half a scan are assigned at once to the tracks predicted with constant velocity
+    (`association.assign`); reports left over start tracks; short tracks are given up.
+    """
+    n = len(time)
+    track = np.full(n, UNKNOWN)
+    scan = _scan(time, where)
+    last, velocity = np.zeros((0, where.shape[1])), np.zeros((0, where.shape[1]))
+    seen, count = np.zeros(0), np.zeros(0, dtype=np.int64)
+    number = np.zeros(0, dtype=np.int64)
+    fresh = 0
+    edges = np.searchsorted(time, np.arange(time[0], time[-1] + 0.5 * scan, 0.5 * scan))
+    for a, b in zip(edges, [*edges[1:], n], strict=True):
+        if a == b:
+            continue
+        alive = time[a] - seen <= _MISSED * scan
+        last, velocity, seen = last[alive], velocity[alive], seen[alive]
+        count, number = count[alive], number[alive]
+        step = time[a:b, None] - seen[None, :]
+        ahead = last[None] + velocity[None] * step[..., None]
+        away = np.linalg.norm(where[a:b, None] - ahead, axis=2)
+        # a track of one report may go anywhere; prediction errors grow with time
+        reach = np.where(count == 1, SPEED_M_S, setup.acceleration_m_s2 * np.sqrt(scan)) * np.abs(
+            step
+        )
+        limit = np.minimum(gate[a:b, None], setup.gate_m) + reach
+        pairs = assign((away / limit) ** 2, 1.0) if len(seen) else np.zeros((0, 2), dtype=int)
+        i, j = pairs[:, 0], pairs[:, 1]
+        track[a + i] = number[j]
+        dt = np.maximum(time[a + i] - seen[j], 1e-3)
+        found = (where[a + i] - last[j]) / dt[:, None]
+        gain = np.where(count[j] == 1, 1.0, np.maximum(1.0 / count[j], 0.2))[:, None]
+        predicted = last[j] + velocity[j] * dt[:, None]
+        smooth = np.where(count[j] == 1, 1.0, 0.6)[:, None]
+        last[j] = predicted + smooth * (where[a + i] - predicted)
+        velocity[j] += gain * (found - velocity[j])
+        seen[j], count[j] = time[a + i], count[j] + 1
+        rest = np.setdiff1d(np.arange(b - a), i) + a
+        track[rest] = fresh + np.arange(len(rest))
+        number = np.concatenate([number, fresh + np.arange(len(rest))])
+        fresh += len(rest)
+        last = np.concatenate([last, where[rest]])
+        velocity = np.concatenate([velocity, np.zeros((len(rest), where.shape[1]))])
+        seen, count = (
+            np.concatenate([seen, time[rest]]),
+            np.concatenate([count, np.ones_like(rest)]),
+        )
+    short = np.bincount(track, minlength=fresh) < _LEAST
+    track[short[track]] = UNKNOWN
+    return _renumbered(track)
+
+
+def _scan(time: FloatArray, where: FloatArray) -> float:
+    """Usual time until a sensor reports a target again, from reports that could be it."""
+    gaps = []
+    for i in np.unique(np.linspace(0, len(time) - 2, 300).astype(int)):
+        step = time[i + 1 : i + 2_000] - time[i]
+        away = np.linalg.norm(where[i + 1 : i + 2_000] - where[i], axis=1)
+        reach = np.flatnonzero((away < SPEED_M_S * step + 300.0) & (step > 0.0))
+        if reach.size:
+            gaps.append(step[reach[0]])
+    return float(np.median(gaps)) if gaps else float(max(time[-1] - time[0], 1.0))
+
+
+def _matched(recording: Recording, setup: Setup, placed: Placed, track: IntArray) -> IntArray:
+    """One identity for tracks that keep together: the nearest first, one to one at a time."""
+    known = np.flatnonzero(track != UNKNOWN)
+    order = known[np.lexsort((placed.time[known], track[known]))]
+    if not order.size:
+        return track
+    reports = np.split(order, np.flatnonzero(np.diff(track[order])) + 1)
+    sensor = np.array([recording.sensor[own[0]] for own in reports])
+    span = np.array([[placed.time[own[0]], placed.time[own[-1]]] for own in reports])
+    pairs, gaps, limits = _apart(placed, setup, reports, sensor, span)
+    offsets = _provisional(sensor, pairs, gaps, limits)
+    away = np.linalg.norm(gaps - offsets, axis=1)
+    identity = np.arange(len(reports))
+    for k in np.argsort(away, kind="stable"):
+        if away[k] > limits[k]:
+            break
+        a, b = identity[pairs[k]]
+        if a == b:
+            continue
+        one, other = np.flatnonzero(identity == a), np.flatnonzero(identity == b)
+        if not _clash(one, other, sensor, span):
+            identity[other] = a
+    found = np.full(len(track), UNKNOWN)
+    found[order] = _renumbered(identity)[track[order]]
+    return found
+
+
+def _apart(
+    placed: Placed, setup: Setup, reports: Sequence[IntArray], sensor: IntArray, span: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Pairs of tracks of two sensors, their median gap (vectors), and how far is too far."""
+    pairs, gaps, limits = [], [], []
+    for j, own in enumerate(reports):
+        late = np.minimum(span[:, 1], span[j, 1]) - np.maximum(span[:, 0], span[j, 0]) > 0.0
+        for i in np.flatnonzero(late & (sensor < sensor[j])):
+            other = reports[int(i)]
+            at, inside = _interpolated(
+                placed.time[other], placed.where[other], placed.time[own], setup.window_s
+            )
+            if inside.sum() < _COMMON:
+                continue
+            gap = np.median((placed.where[own] - at)[inside], axis=0)
+            limit = float(np.hypot(np.median(placed.gate[own]), np.median(placed.gate[other])))
+            if np.linalg.norm(gap) < 2.0 * limit:
+                pairs.append((i, j))
+                gaps.append(gap)
+                limits.append(limit)
+    dim = placed.where.shape[1]
+    return (
+        np.array(pairs, dtype=np.int64).reshape(-1, 2),
+        np.array(gaps, dtype=float).reshape(-1, dim),
+        np.array(limits, dtype=float),
+    )
+
+
+def _provisional(
+    sensor: IntArray, pairs: IntArray, gaps: FloatArray, limits: FloatArray
+) -> FloatArray:
+    """Common displacement (k, d) of two sensors: median gap of tracks nearest to each other."""
+    offsets = np.zeros_like(gaps)
+    if not len(pairs):
+        return offsets
+    between = sensor[pairs]
+    length = np.linalg.norm(gaps, axis=1)
+    for both in np.unique(between, axis=0):
+        rows = np.flatnonzero((between == both).all(axis=1))
+        rows_in = rows[np.argsort(length[rows])]
+        _, first = np.unique(pairs[rows_in, 1], return_index=True)
+        nearest = rows_in[first]
+        nearest = nearest[length[nearest] < limits[nearest]]
+        if nearest.size >= 3:
+            offsets[rows] = np.median(gaps[nearest], axis=0)
+    return offsets
+
+
+def _clash(one: IntArray, other: IntArray, sensor: IntArray, span: FloatArray) -> bool:
+    """Whether tracks of one sensor in both groups are there at one time."""
+    for a in one:
+        for b in other[sensor[other] == sensor[a]]:
+            common = min(span[a, 1], span[b, 1]) - max(span[a, 0], span[b, 0])
+            shorter = min(span[a, 1] - span[a, 0], span[b, 1] - span[b, 0])
+            if common > _OVERLAP * shorter:
+                return True
+    return False
+
+
+def _renumbered(numbers: IntArray) -> IntArray:
+    """Numbers from 0 in place of any, -1 kept."""
+    known = numbers != UNKNOWN
+    out = np.full(len(numbers), UNKNOWN)
+    out[known] = np.unique(numbers[known], return_inverse=True)[1]
+    return out

@@ -1,0 +1,92 @@
+"""Which noise law the rows follow, by leave-one-out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg.diagnostics import Ranked, compare_laws
+from probreg.errors import InvalidInputError
+from probreg.noise import Contaminated, NoiseLaw
+from probreg.posterior import Posterior
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.registration._laws import LawChoice
+from probreg.samplers import Importance
+from probreg.typing import FloatArray
+
+_DRAWS, _CHAINS = 100, 4
+
+
+class Chosen(NamedTuple):
+    """The law chosen, its parameters at their modes, and the competition.
+
+    Attributes
+    ----------
+    choice : LawChoice
+    fitted : dict of str to NoiseLaw
+        Every law at its mode.
+    ranked : tuple of Ranked
+    notes : list of str
+    """
+
+    choice: LawChoice
+    fitted: dict[str, NoiseLaw]
+    ranked: tuple[Ranked, ...]
+    notes: list[str]
+
+
+def choose_law(
+    linear: RegistrationProblem,
+    prior: GaussianPrior,
+    laws: Sequence[LawChoice],
+    rng: np.random.Generator,
+) -> Chosen:
+    """Rank laws on the rows given and fit the parameters of each.
+
+    Raises
+    ------
+    InvalidInputError
+        No law, a name twice, or none of them can be fitted.
+    """
+    by_name = {choice.name: choice for choice in laws}
+    if not laws or len(by_name) < len(laws):
+        raise InvalidInputError(f"laws must be different, one at least: {[c.name for c in laws]}.")
+    draws, fitted, notes = {}, {}, []
+    for name, choice in by_name.items():
+        posterior = Posterior(linear, choice.law, prior, choice.unknown)
+        try:
+            fitted[name] = law_at(posterior, posterior.laplace.mean)
+            if len(laws) > 1:
+                sampler = Importance(oversample=2.0)
+                draws[name] = sampler.sample(posterior, _DRAWS, _CHAINS, rng)
+        except InvalidInputError as error:
+            fitted.pop(name, None)
+            notes.append(f"the law {name} could not be fitted and is left out: {error}")
+    if not fitted:
+        raise InvalidInputError("no noise law could be fitted: " + " ".join(notes))
+    if len(draws) < 2:
+        name = next(iter(fitted))
+        return Chosen(by_name[name], fitted, (Ranked(name, np.nan, 0.0, 0.0, 0),), notes)
+    ranked = tuple(compare_laws(draws))
+    return Chosen(by_name[ranked[0].name], fitted, ranked, notes)
+
+
+def law_at(posterior: Posterior, x: FloatArray) -> NoiseLaw:
+    """The law at free coordinates (d,), every parameter one number."""
+    values = posterior.natural(x)[posterior.dim_theta :]
+    changed = {p.name: float(v) for p, v in zip(posterior.noise_prior, values, strict=True)}
+    return dataclasses.replace(posterior.noise, **changed)  # type: ignore[type-var]
+
+
+def outlier_shares(
+    linear: RegistrationProblem, theta: FloatArray, law: NoiseLaw | None
+) -> FloatArray:
+    """Probability (n,) that rows are outliers under the contaminated law; NaN without it."""
+    rows = linear.whitened()
+    if not isinstance(law, Contaminated):
+        return np.full(len(rows.size), np.nan)
+    return np.asarray(law.outlier_probability(rows.residual(theta), rows.size))

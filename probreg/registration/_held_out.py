@@ -1,0 +1,100 @@
+"""Residuals of targets that a fit has not seen, before and after correction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.errors import InvalidInputError, UnobservableError
+from probreg.multisensor import RecordingProblem
+from probreg.noise import NoiseLaw
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.registration._fit import some_rows
+from probreg.reweighting import Reweighted
+from probreg.typing import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """How well biases that other targets gave correct the targets held out.
+
+    Attributes
+    ----------
+    rows : ndarray of int, shape (k,)
+        Held-out rows, numbers of the problem.
+    targets : int
+        Number of targets held out.
+    before_m, after_m : ndarray, shape (k,)
+        Root mean square residual of each row, metres.
+    before_sd, after_sd : ndarray, shape (k,)
+        The same in standard deviations that the sensors declare.
+    before_log_score, after_log_score : float
+        Mean log predictive density of a row.
+    """
+
+    rows: IntArray
+    targets: int
+    before_m: FloatArray
+    after_m: FloatArray
+    before_sd: FloatArray
+    after_sd: FloatArray
+    before_log_score: float
+    after_log_score: float
+
+    @property
+    def medians_m(self) -> tuple[float, float]:
+        """Median residual before and after, metres."""
+        return float(np.median(self.before_m)), float(np.median(self.after_m))
+
+
+def split_targets(
+    target: IntArray, share: float, rng: np.random.Generator
+) -> tuple[IntArray, IntArray]:
+    """Rows to fit and rows to score: whole targets, about `share` of them, are held out."""
+    known = np.unique(target)
+    count = min(max(round(share * len(known)), 1), len(known) - 1)
+    held = np.isin(target, rng.permutation(known)[:count])
+    return np.flatnonzero(~held), np.flatnonzero(held)
+
+
+def held_out(
+    problem: RecordingProblem,
+    linear: RegistrationProblem,
+    law: NoiseLaw,
+    prior: GaussianPrior,
+    share: float,
+    rng: np.random.Generator,
+) -> HeldOut | None:
+    """Fit some targets, score the others; None where there is one target only."""
+    if len(np.unique(problem.plan.target)) < 2:
+        return None
+    fit, held = split_targets(problem.plan.target, share, rng)
+    try:
+        theta = Reweighted(some_rows(linear, fit), law, prior).mode().theta
+    except (InvalidInputError, UnobservableError):
+        return None
+    after = some_rows(linear, held)
+    before = problem.take(held).linearise(problem.start)
+    zero = np.zeros(len(theta))
+    return HeldOut(
+        held,
+        len(np.unique(problem.plan.target[held])),
+        _rms(before.residual(zero), before.size),
+        _rms(after.residual(theta), after.size),
+        _rms(before.whitened().residual(zero), before.size),
+        _rms(after.whitened().residual(theta), after.size),
+        float(log_score(before, law, zero).mean()),
+        float(log_score(after, law, theta).mean()),
+    )
+
+
+def log_score(linear: RegistrationProblem, law: NoiseLaw, theta: FloatArray) -> FloatArray:
+    """Log-density of every row at theta, shape (n,)."""
+    rows = linear.whitened()
+    return np.asarray(law.log_density(rows.residual(theta), rows.size) - 0.5 * rows.log_det)
+
+
+def _rms(residual: FloatArray, size: IntArray | None) -> FloatArray:
+    return np.asarray(np.sqrt(np.einsum("nm,nm->n", residual, residual) / size))

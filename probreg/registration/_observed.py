@@ -1,0 +1,64 @@
+"""What the data determine, and what only the prior or a reference does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.observability import Observability
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.typing import FloatArray
+
+WEAK = 1.0  # information of the data over that of the prior, below which the prior decides
+
+
+@dataclass(frozen=True, eq=False)
+class Determined:
+    """Which combinations of the biases the data determine.
+
+    Attributes
+    ----------
+    names : tuple of str
+    observability : Observability
+        Of the data alone.
+    hidden : list of str
+        Combinations that no residual shows.
+    weak : list of str
+        Combinations that the prior determines more than the data, hidden ones included.
+    share : ndarray, shape (p,)
+        Of the prior variance of each bias that the data remove: 1 is all, 0 nothing.
+    """
+
+    names: tuple[str, ...]
+    observability: Observability
+    hidden: list[str]
+    weak: list[str]
+    share: FloatArray
+
+
+def determined(
+    linear: RegistrationProblem, information: FloatArray, prior: GaussianPrior
+) -> Determined:
+    """Compare the information (p, p) of the data with that of the prior.
+
+    Parameters
+    ----------
+    linear : RegistrationProblem
+    information : ndarray, shape (p, p)
+        Of the data alone, under the law chosen.
+    prior : GaussianPrior
+    """
+    found = linear.observability()
+    root = np.linalg.cholesky(prior.covariance)
+    ratio, vectors = np.linalg.eigh(root.T @ information @ root)
+    weak = (root @ vectors[:, ratio < WEAK]).T
+    posterior = np.linalg.inv(information + prior.precision)
+    share = 1.0 - np.diag(posterior) / np.diag(prior.covariance)
+    # in units of the prior: small parts of a combination would only clutter its name
+    scaled = weak / np.sqrt(np.diag(prior.covariance))
+    size = np.abs(scaled).max(axis=1, keepdims=True, initial=0.0)
+    weak = np.where(np.abs(scaled) > 0.05 * size, weak, 0.0)
+    said = Observability(found.singular_values, weak, linear.names, found.equations)
+    return Determined(linear.names, found, found.combinations(), said.combinations(), share)

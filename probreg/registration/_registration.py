@@ -1,0 +1,171 @@
+"""What a registration found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from probreg.diagnostics import Ranked
+from probreg.multisensor import RecordingProblem, correct, restore
+from probreg.posterior import Posterior
+from probreg.recordings import Recording, Setup
+from probreg.registration._held_out import HeldOut
+from probreg.registration._observed import Determined
+from probreg.samplers import Draws
+from probreg.typing import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A bias against the limit that the setup sets.
+
+    Attributes
+    ----------
+    name : str
+    limit : float
+        SI units.
+    probability : float
+        That the bias exceeds the limit in size.
+    """
+
+    name: str
+    limit: float
+    probability: float
+
+    @property
+    def text(self) -> str:
+        """Whether it "exceeds", is "within", or "undecided", at 95 %."""
+        if self.probability > 0.95:
+            return "exceeds"
+        return "within" if self.probability < 0.05 else "undecided"
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """Biases of a recording's sensors and how well they are known.
+
+    Attributes
+    ----------
+    recording : Recording
+        As it was used: identities filled in, doubtful ones taken away.
+    setup : Setup
+    problem : RecordingProblem
+        Its `plan` says which reports make which row.
+    posterior : Posterior
+        Of the rows linearised at the mode, under the law chosen.
+    draws : Draws
+    laws : tuple of Ranked
+        Laws by leave-one-out, best first; one of them with elpd NaN where only one was tried.
+    law_rows : int
+        Rows that the comparison of laws is of.
+    determined : Determined
+    outlier_probability : ndarray, shape (rows,)
+        That a row holds a report that its declared noise does not explain.
+    held_out : HeldOut or None
+    verdicts : tuple of Verdict
+    notes : tuple of str
+        What a reader must know.
+    seconds : mapping of str to float
+        Time of each step.
+    """
+
+    recording: Recording
+    setup: Setup
+    problem: RecordingProblem
+    posterior: Posterior
+    draws: Draws
+    laws: tuple[Ranked, ...]
+    law_rows: int
+    determined: Determined
+    outlier_probability: FloatArray
+    held_out: HeldOut | None
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...]
+    seconds: Mapping[str, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the biases."""
+        return self.problem.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the biases, SI."""
+        return self.problem.units
+
+    @cached_property
+    def bias_draws(self) -> FloatArray:
+        """Draws of the biases, shape (k, p), without the noise parameters."""
+        return self.draws.flat[:, : len(self.names)]
+
+    @property
+    def mean(self) -> FloatArray:
+        """Posterior means, shape (p,)."""
+        return self.bias_draws.mean(axis=0)
+
+    @property
+    def sd(self) -> FloatArray:
+        """Posterior standard deviations, shape (p,)."""
+        return self.bias_draws.std(axis=0, ddof=1)
+
+    def interval(self, probability: float = 0.9) -> FloatArray:
+        """Equal-tailed credible intervals, shape (p, 2)."""
+        return self.draws.interval(probability)[: len(self.names)]
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Posterior correlation of the biases, shape (p, p)."""
+        return np.atleast_2d(np.corrcoef(self.bias_draws.T))
+
+    def table(self) -> pd.DataFrame:
+        """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, share told by the data."""
+        import pandas as pd
+
+        half, most = self.interval(0.5), self.interval(0.9)
+        return pd.DataFrame(
+            {
+                "unit": self.units,
+                "mean": self.mean,
+                "sd": self.sd,
+                "50% low": half[:, 0],
+                "50% high": half[:, 1],
+                "90% low": most[:, 0],
+                "90% high": most[:, 1],
+                "told by data": self.determined.share,
+            },
+            index=list(self.names),
+        )
+
+    def suspects(self, least: float = 0.5) -> pd.DataFrame:
+        """Rows that are likely outliers, worst first, with their target, time and reports."""
+        import pandas as pd
+
+        rows = np.flatnonzero(self.outlier_probability > least)
+        rows = rows[np.argsort(-self.outlier_probability[rows], kind="stable")]
+        plan, names = self.problem.plan, np.array([s.name for s in self.recording.sensors])
+        members = [plan.members[plan.start[r] : plan.start[r + 1]] for r in rows]
+        return pd.DataFrame(
+            {
+                "row": rows,
+                "target": plan.target[rows],
+                "time": self.problem.time[rows],
+                "probability": self.outlier_probability[rows],
+                "reports": [tuple(own.tolist()) for own in members],
+                "sensors": [tuple(names[self.recording.sensor[own]].tolist()) for own in members],
+            }
+        )
+
+    def correct(self, recording: Recording | None = None) -> Recording:
+        """A recording (by default this one) without the mean biases."""
+        return correct(self.recording if recording is None else recording, self.setup, self.mean)
+
+    def restore(self, recording: Recording) -> Recording:
+        """The inverse of `correct`."""
+        return restore(recording, self.setup, self.mean)

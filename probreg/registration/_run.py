@@ -1,0 +1,231 @@
+"""Register a recording: the whole chain."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.linking import associate, doubt_identities
+from probreg.multisensor import RecordingProblem
+from probreg.noise import NoiseLaw, StudentT
+from probreg.posterior import Posterior
+from probreg.prior import GaussianPrior
+from probreg.problem import RegistrationProblem
+from probreg.recordings import Recording, Setup
+from probreg.registration._choice import Chosen, choose_law, outlier_shares
+from probreg.registration._fit import settle, some_rows, thinned
+from probreg.registration._held_out import held_out
+from probreg.registration._laws import LAWS, LawChoice
+from probreg.registration._observed import determined
+from probreg.registration._registration import Registration, Verdict
+from probreg.reweighting import Reweighted
+from probreg.samplers import Draws, Gibbs, Importance, MetropolisHastings
+from probreg.samplers._draws import PARETO_K
+from probreg.typing import FloatArray
+
+PROVISIONAL = StudentT(3.0)  # bears half of the rows being wrong
+FEW_ROWS = 4_000  # for provisional fits
+LAW_ROWS = 2_000  # for the comparison of laws
+CHAIN_ROWS = 2_000  # up to which chains are cheap; beyond, importance sampling, if it can
+MANY_ROWS = 20_000  # beyond which chains take too long
+_ROUNDS = 2  # of association with the biases known better and better
+_CHAINS = 4
+
+
+class _Clock:
+    """Seconds of each step."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def stop(self, step: str) -> None:
+        now = time.perf_counter()
+        self.seconds[step] = self.seconds.get(step, 0.0) + now - self._last
+        self._last = now
+
+
+def register(
+    recording: Recording,
+    setup: Setup,
+    *,
+    rng: np.random.Generator,
+    laws: Sequence[LawChoice] = LAWS,
+    num_draws: int = 2_000,
+    holdout: float = 0.2,
+) -> Registration:
+    """Estimate the biases of a recording's sensors, with their uncertainty.
+
+    Reports without identity are associated; identities that neighbouring reports contradict are
+    taken away; rows are formed, laws compared, biases drawn from their posterior.
+
+    Parameters
+    ----------
+    recording : Recording
+    setup : Setup
+    rng : numpy.random.Generator
+    laws : sequence of LawChoice
+        Compared by leave-one-out on at most 2 000 rows evenly spread; the best is used.
+    num_draws : int
+        Posterior draws.
+    holdout : float
+        Share of the targets on which a fit to the others is scored; the posterior uses all.
+
+    Returns
+    -------
+    Registration
+
+    Raises
+    ------
+    InvalidInputError
+        One sensor only, no common target, no overlap in time, unknown terms, no fit.
+    """
+    if not 0.0 < holdout < 1.0 or num_draws < 100:
+        raise InvalidInputError(f"holdout {holdout} must be in (0, 1), num_draws 100 or more.")
+    clock, notes = _Clock(), []
+    given = recording
+    if (recording.target < 0).any():
+        recording = associate(given, setup)
+        notes.append(_association_note(given, recording))
+    clock.stop("associate")
+    problem = RecordingProblem(recording, setup)
+    prior = GaussianPrior.from_sd(problem.prior_sd)
+    clock.stop("rows")
+    theta = _provisional(problem, prior, None)
+    for _ in range(_ROUNDS):
+        before = recording.target
+        recording = _associate_again(given, setup, theta)
+        problem = RecordingProblem(recording, setup)
+        theta = _provisional(problem, prior, theta)
+        if np.array_equal(before, recording.target):
+            break
+    doubted = int(((given.target >= 0) & (recording.target < 0)).sum())
+    if doubted:
+        notes.append(
+            f"{doubted} of {len(given)} reports are farther than the gate of {setup.gate_m:g} m "
+            "from the path of the target whose identity they carry, and were left out."
+        )
+    clock.stop("provisional fit")
+    linear = problem.linearise(theta)
+    some = thinned(len(problem.plan), LAW_ROWS)
+    chosen = choose_law(some_rows(linear, some), prior, laws, rng)
+    notes += chosen.notes
+    clock.stop("laws")
+    law = chosen.fitted[chosen.choice.name]
+    theta, linear = settle(problem, law, prior, theta, near=True)
+    clock.stop("mode")
+    posterior = Posterior(linear, chosen.choice.law, prior, chosen.choice.unknown)
+    draws = _draw(posterior, num_draws, rng)
+    clock.stop("draws")
+    scored = held_out(problem, linear, law, prior, holdout, rng)
+    clock.stop("held out")
+    found = determined(linear, _information(linear, law, prior), prior)
+    notes += [f"no residual shows {text}: only the prior says it." for text in found.hidden]
+    notes += [f"the prior says more of {t} than the data." for t in found.weak]
+    notes += _draw_notes(draws) + _scale_notes(posterior, draws)
+    clock.stop("observability")
+    outliers = outlier_shares(linear, theta, _contaminated(chosen, linear, prior, rng))
+    verdicts = _verdicts(setup, problem, draws)
+    clock.stop("verdicts")
+    return Registration(
+        recording,
+        setup,
+        problem,
+        posterior,
+        draws,
+        chosen.ranked,
+        len(some),
+        found,
+        outliers,
+        scored,
+        verdicts,
+        tuple(notes),
+        clock.seconds,
+    )
+
+
+def _provisional(
+    problem: RecordingProblem, prior: GaussianPrior, theta: FloatArray | None
+) -> FloatArray:
+    """The robust mode of some rows, from the last one where there is one."""
+    rows = thinned(len(problem.plan), FEW_ROWS)
+    few = problem if len(rows) == len(problem.plan) else problem.take(rows)
+    start = problem.start if theta is None else theta
+    return settle(few, PROVISIONAL, prior, start, near=theta is not None)[0]
+
+
+def _associate_again(given: Recording, setup: Setup, theta: FloatArray) -> Recording:
+    """Identities anew, the biases known: missing ones found, doubtful ones taken away."""
+    recording = given
+    if (given.target < 0).any():
+        recording = associate(given, setup, theta)
+    return doubt_identities(recording, setup, theta)
+
+
+def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Draws:
+    """Importance sampling where rows are many and it can, chains otherwise."""
+    rows = len(posterior.rows.size)
+    a_chain = -(-num_draws // _CHAINS)
+    if rows > CHAIN_ROWS:
+        draws = Importance(oversample=1.0).sample(posterior, a_chain, _CHAINS, rng)
+        if draws.facts["pareto_k"] <= PARETO_K or rows > MANY_ROWS:
+            return draws
+    sampler = Gibbs() if posterior.noise.scale_mixture else MetropolisHastings()
+    return sampler.sample(posterior, a_chain, _CHAINS, rng)
+
+
+def _information(linear: RegistrationProblem, law: NoiseLaw, prior: GaussianPrior) -> FloatArray:
+    fit = Reweighted(linear, law, prior)
+    return fit.normal_matrix(linear.whitened(), fit.mode().weights) - prior.precision
+
+
+def _contaminated(
+    chosen: Chosen,
+    linear: RegistrationProblem,
+    prior: GaussianPrior,
+    rng: np.random.Generator,
+) -> NoiseLaw | None:
+    """The contaminated law, which marks outliers, whichever law won."""
+    if "Contaminated" in chosen.fitted:
+        return chosen.fitted["Contaminated"]
+    contaminated = [choice for choice in LAWS if choice.name == "Contaminated"]
+    some = some_rows(linear, thinned(len(linear.y), LAW_ROWS))
+    try:
+        return choose_law(some, prior, contaminated, rng).fitted["Contaminated"]
+    except InvalidInputError:
+        return None
+
+
+def _verdicts(setup: Setup, problem: RecordingProblem, draws: Draws) -> tuple[Verdict, ...]:
+    found = []
+    for name, limit in setup.limits.items():
+        size = np.abs(draws.flat[:, problem.names.index(name)])
+        found.append(Verdict(name, float(limit), float((size > limit).mean())))
+    return tuple(found)
+
+
+def _association_note(before: Recording, after: Recording) -> str:
+    missing = before.target < 0
+    linked = int((missing & (after.target >= 0)).sum())
+    return f"{int(missing.sum())} reports had no identity; {linked} of them were associated."
+
+
+def _draw_notes(draws: Draws) -> list[str]:
+    return [f"{draws.sampler}: {text}" for text in draws.warnings]
+
+
+def _scale_notes(posterior: Posterior, draws: Draws) -> list[str]:
+    """Say where the noise is not what the sensors declare."""
+    name = f"noise.{posterior.noise.unit_name}"
+    if name not in draws.names:
+        return []
+    scale = float(np.median(draws.flat[:, draws.names.index(name)]))
+    if 0.7 < scale < 1.4:
+        return []
+    return [
+        f"the noise is {scale:.2g} times what sensors and acceleration_m_s2 declare; the intervals "
+        "allow for it, but check the accuracies."
+    ]

@@ -1,0 +1,116 @@
+"""Small asynchronous recordings with known truth."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg import PositionSensor, Radar2D, Radar3D
+from probreg.recordings import Recording, Setup
+from probreg.terms import add_terms, known_terms
+
+ANGLE = 2e-3
+
+
+class Made(NamedTuple):
+    recording: Recording
+    setup: Setup
+    theta: dict
+    paths: tuple
+
+
+def sensors_2d():
+    return (
+        Radar2D((0.0, 0.0), 20.0, ANGLE, "a"),
+        Radar2D((30e3, 5e3), 30.0, 1.5 * ANGLE, "b", from_north=True),
+        PositionSensor(((400.0, 50.0), (50.0, 300.0)), "c"),
+    )
+
+
+def sensors_3d():
+    return (
+        Radar3D((0.0, 0.0, 50.0), 20.0, ANGLE, ANGLE, "a"),
+        Radar3D((30e3, 5e3, 10.0), 30.0, ANGLE, 1.5 * ANGLE, "b", from_north=True),
+    )
+
+
+def fly(
+    sensors,
+    theta,
+    *,
+    seed=1,
+    targets=12,
+    scans=10,
+    noise=1.0,
+    periods=(4.0, 5.0, 6.0),
+    together=False,
+    own_speed=None,
+    body_frame=(),
+    heading_error=0.0,
+    **setup,
+):
+    """Targets on straight lines, each sensor with its own scan; theta by "sensor.term"."""
+    rng = np.random.default_rng(seed)
+    dim = sensors[0].dim
+    start = rng.uniform(-40e3, 40e3, (targets, dim))
+    velocity = rng.uniform(-200.0, 200.0, (targets, dim))
+    if dim == 3:
+        start[:, 2], velocity[:, 2] = rng.uniform(3e3, 9e3, targets), 0.0
+    parts = []
+    for k, sensor in enumerate(sensors):
+        period = 4.0 if together else periods[k]
+        offset = np.zeros(targets) if together else rng.uniform(0.0, period, targets)
+        time = (offset[:, None] + period * np.arange(scans)).ravel()
+        target = np.repeat(np.arange(targets), scans)
+        where = start[target] + velocity[target] * time[:, None]
+        own = np.zeros((len(time), dim))
+        heading = np.full(len(time), np.nan)
+        if own_speed is not None and sensor.name in body_frame:
+            own[:, :2] = time[:, None] * np.asarray(own_speed)
+            heading[:] = 0.3 + 0.01 * time
+        report = sensor.to_report(where - own)
+        if sensor.name in body_frame:
+            clockwise = getattr(sensor, "from_north", False)
+            report[:, 1] -= 0.5 * np.pi - heading if clockwise else heading
+        terms = [t for n, t in known_terms(sensor).items() if f"{t.owner}.{n}" in theta]
+        terms = [t for t in terms if t.name != "heading"]
+        own_theta = np.array([theta[f"{t.owner}.{t.name}"] for t in terms])
+        report = add_terms(terms, own_theta, report) + noise * sensor.sample_noise(rng, len(time))
+        stamp = time + theta.get(f"{sensor.name}.time", 0.0)
+        values = np.full((len(time), 3), np.nan)
+        values[:, : report.shape[1]] = report
+        recorded = heading + theta.get("platform.heading", 0.0)
+        parts.append((np.full(len(time), k), stamp, values, target, own, recorded))
+    sensor, time, values, target, own, heading = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
+    order = np.argsort(time, kind="stable")
+    moving = own_speed is not None
+    recording = Recording(
+        tuple(sensors),
+        sensor[order],
+        time[order],
+        values[order],
+        target[order],
+        own_position=own[order] if moving else None,
+        heading=heading[order] if moving else None,
+    )
+    biases = {}
+    for s in sensors:
+        biases[s.name] = tuple(
+            n
+            for n, t in known_terms(s).items()
+            if f"{t.owner}.{n}" in theta and (n != "heading" or s.name in body_frame)
+        )
+    made = Setup(
+        tuple(sensors),
+        biases,
+        body_frame=frozenset(body_frame),
+        **{"acceleration_m_s2": 0.1, "window_s": 15.0, **setup},
+    )
+    return Made(recording, made, theta, (start, velocity))
+
+
+def vector(made, names):
+    return np.array([made.theta[name] for name in names])
