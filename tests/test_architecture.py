@@ -38,7 +38,7 @@ ROOMS = [
     {"moves"},
     {"samplers"},
     {"paths", "tracking"},
-    {"joint"},
+    {"joint", "hierarchy"},
     {"diagnostics"},
     {"registration"},
     {"report"},
