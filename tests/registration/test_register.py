@@ -53,7 +53,9 @@ def test_outliers_are_marked(registered):
     bad = truth.outlier | truth.wrong
     spoilt = np.maximum.reduceat(bad[plan.members], plan.start[:-1])
     chance = found.outlier_probability
-    assert chance[spoilt].mean() > 0.5 > 0.1 > chance[~spoilt].mean()
+    # ten times the noise is at times no more than the usual: not every outlier can be seen
+    assert chance[spoilt].mean() > 0.35
+    assert chance[~spoilt].mean() < 0.05
     suspects = found.suspects()
     assert set(suspects["row"]) == set(np.flatnonzero(chance > 0.5))
     assert (np.diff(suspects["probability"]) <= 0.0).all()
