@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from probreg.errors import InvalidInputError
 from probreg.linking._frame import Placed, place
 from probreg.linking._labelled import nearest_labelled
@@ -34,7 +36,7 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     Raises
     ------
     InvalidInputError
-        Sensors that cannot be placed in the plane, or nothing that can be associated.
+        Nothing that can be associated.
     """
     missing = recording.target == UNKNOWN
     if not missing.any():
@@ -42,10 +44,12 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     placed: Placed = place(recording, setup, theta)
     if missing.all():
         target = common_tracks(recording, setup, placed)
+        if np.isfinite(placed.azimuth).any():
+            target = nearest_labelled(recording, setup, placed, target)
         labels = tuple(f"track{k}" for k in range(int(target.max(initial=-1)) + 1))
         found = dataclasses.replace(recording, target=target, labels=labels)
     else:
-        target = nearest_labelled(recording, setup, placed)
+        target = nearest_labelled(recording, setup, placed, recording.target)
         found = dataclasses.replace(recording, target=target)
     if not (found.target != UNKNOWN).any():
         raise InvalidInputError(

@@ -30,7 +30,8 @@ def doubt_identities(recording: Recording, setup: Setup, theta: FloatArray) -> R
         The biases as far as they are known.
     """
     placed = place(recording, setup, theta)
-    known = np.flatnonzero(recording.target != UNKNOWN)
+    # a bearing is nowhere in the plane: it keeps its identity, and the noise law judges it
+    known = np.flatnonzero((recording.target != UNKNOWN) & np.isfinite(placed.where[:, 0]))
     order = known[np.lexsort((placed.time[known], recording.target[known]))]
     believed = _support(
         np.ascontiguousarray(recording.target[order], dtype=np.int64),

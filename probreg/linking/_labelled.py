@@ -11,19 +11,21 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 _SAME_SCAN = 0.5  # of a sensor's usual time between reports of a target
 
 
-def nearest_labelled(recording: Recording, setup: Setup, placed: Placed) -> IntArray:
+def nearest_labelled(
+    recording: Recording, setup: Setup, placed: Placed, labelled: IntArray
+) -> IntArray:
     """Identities (n,): unlabelled reports take the nearest labelled target at their time.
 
     A target is where its labelled reports, interpolated, put it; it is nowhere in gaps longer
     than the window. A sensor reports a target once a scan: of two reports nearer in time than
     half its usual interval the nearer one in space is taken.
     """
-    target = recording.target.copy()
+    target = labelled.copy()
     missing = np.flatnonzero(target == UNKNOWN)
-    best, distance = np.full(len(missing), UNKNOWN), placed.gate[missing].copy()
+    best, distance = np.full(len(missing), UNKNOWN), np.ones(len(missing))
     time = placed.time[missing]
     order = np.argsort(time, kind="stable")
-    known = np.flatnonzero(target != UNKNOWN)
+    known = np.flatnonzero((target != UNKNOWN) & np.isfinite(placed.where[:, 0]))
     known = known[np.lexsort((placed.time[known], target[known]))]
     for own in np.split(known, np.flatnonzero(np.diff(target[known])) + 1):
         # only the reports within the target's own times
@@ -31,7 +33,7 @@ def nearest_labelled(recording: Recording, setup: Setup, placed: Placed) -> IntA
         b = np.searchsorted(time[order], placed.time[own[-1]] + 0.5 * setup.window_s)
         rows = order[a:b]
         where, near = _interpolated(placed.time[own], placed.where[own], time[rows], setup.window_s)
-        away = np.linalg.norm(placed.where[missing[rows]] - where, axis=1)
+        away = placed.misfit(missing[rows], where)
         nearer = near & (away < distance[rows])
         best[rows[nearer]], distance[rows[nearer]] = target[own[0]], away[nearer]
     once = _once_a_scan(recording.sensor[missing], best, time, distance)

@@ -23,7 +23,9 @@ def common_tracks(recording: Recording, setup: Setup, placed: Placed) -> IntArra
     """Identities (n,) by tracks: one number for all tracks that are of one target."""
     track = np.full(len(recording), UNKNOWN)
     for k in np.unique(recording.sensor):
-        rows = np.flatnonzero(recording.sensor == k)
+        rows = np.flatnonzero((recording.sensor == k) & np.isfinite(placed.where[:, 0]))
+        if not rows.size:
+            continue  # bearings have no tracks in the plane
         rows = rows[np.argsort(placed.time[rows], kind="stable")]
         own = link(placed.time[rows], placed.where[rows], placed.gate[rows], setup)
         track[rows[own != UNKNOWN]] = own[own != UNKNOWN] + track.max() + 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ class BiasModel:
         For each sensor the numbers of its terms' coefficients in theta.
     names, units : tuple of str
     prior_sd : ndarray, shape (p,)
+    numbers : mapping of str to int
+        Of each name in theta; also of "sensor.term" where sensors share a coefficient.
     """
 
     terms: tuple[tuple[Term, ...], ...]
@@ -31,6 +34,7 @@ class BiasModel:
     names: tuple[str, ...]
     units: tuple[str, ...]
     prior_sd: FloatArray
+    numbers: Mapping[str, int]
 
     @property
     def clocks(self) -> bool:
@@ -53,6 +57,7 @@ def bias_model(setup: Setup) -> BiasModel:
         not there.
     """
     numbers: dict[str, int] = {}
+    aliases: dict[str, int] = {}
     units: list[str] = []
     spreads: list[float] = []
     terms, columns = [], []
@@ -70,16 +75,24 @@ def bias_model(setup: Setup) -> BiasModel:
                 numbers[full] = len(numbers)
                 units.append(term.unit)
                 spreads.append(setup.prior_sd.get(full, term.prior_sd))
+            alias = f"{sensor.name}.{name}"  # what a file calls a coefficient that sensors share
+            spreads[numbers[full]] = setup.prior_sd.get(alias, spreads[numbers[full]])
+            aliases[alias] = numbers[full]
             own.append(term)
             where.append(numbers[full])
         terms.append(tuple(own))
         columns.append(np.array(where, dtype=np.int64))
-    strange = sorted((set(setup.prior_sd) | set(setup.limits)) - set(numbers))
+    strange = sorted((set(setup.prior_sd) | set(setup.limits)) - set(numbers) - set(aliases))
     if not numbers or strange:
         what = f"prior_sd or limits of {strange}" if numbers else "no bias to estimate"
         raise InvalidInputError(
             f"{what}; the setup's biases are {', '.join(numbers) or 'empty: name some'}."
         )
     return BiasModel(
-        tuple(terms), tuple(columns), tuple(numbers), tuple(units), np.array(spreads, dtype=float)
+        tuple(terms),
+        tuple(columns),
+        tuple(numbers),
+        tuple(units),
+        np.array(spreads, dtype=float),
+        aliases | numbers,
     )

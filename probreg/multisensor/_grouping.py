@@ -143,12 +143,13 @@ def _close(
     """Make a row of the reports held, if they say more than where the target is."""
     if _count(held, size, sensor, sensor[held[0]]) == size:
         return rows
-    total = 0
+    total, most = 0, 0
     for k in range(size):
         total += equations[sensor[held[k]]]
+        most = max(most, equations[sensor[held[k]]])
     moves = 0 if _at_rest(held, size, time, together) else 1
-    if total <= (1 + moves) * dim:
-        return rows
+    if total <= (1 + moves) * dim or most < dim:
+        return rows  # bearings alone do not place a target well enough to linearise them
     for k in range(size):
         row[held[k]] = rows
     moving[rows] = moves

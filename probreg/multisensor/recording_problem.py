@@ -11,13 +11,20 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.multisensor._bias import bias_model
 from probreg.multisensor._elimination import eliminate, fit_paths
+from probreg.multisensor._observing import (
+    Seen,
+    gives_position,
+    observe,
+    true_reports,
+    turned,
+    turns,
+)
 from probreg.multisensor._rows import RowPlan, dimension, plan_rows
 from probreg.observability import Observability
 from probreg.problem import RegistrationProblem, bias_scale
 from probreg.recordings import Recording, Setup
-from probreg.sensors import Sensor
 from probreg.terms import remove_terms
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
 _CHUNK = 20_000  # rows worked on at once
@@ -35,15 +42,6 @@ class _Chunk(NamedTuple):
     corrected: FloatArray
     turn: FloatArray
     own: FloatArray
-
-
-class _Seen(NamedTuple):
-    """Equations of the reports about where their targets are: e = G x + D bias + noise C."""
-
-    e: FloatArray
-    G: FloatArray
-    C: FloatArray
-    D: FloatArray
 
 
 class RecordingProblem:
@@ -95,7 +93,10 @@ class RecordingProblem:
         clocks = self.model.clocks
         self.plan = plan_rows(recording, setup, always_moving=clocks) if plan is None else plan
         self._count = np.array([len(s.bias_names) for s in recording.sensors])
-        self._turn = _turns(recording, setup, self.plan.members)
+        self._places = np.array([gives_position(s) for s in recording.sensors])
+        # bearings tell something only where the other reports have put the target
+        self._passes = _PASSES if self._places.all() else _PASSES + 2
+        self._turn = turns(recording, setup, self.plan.members)
 
     @cached_property
     def size(self) -> IntArray:
@@ -103,6 +104,12 @@ class RecordingProblem:
         count = self._count[self.recording.sensor[self.plan.members]]
         total = np.add.reduceat(count, self.plan.start[:-1])
         return np.asarray(total - self.dim * (1 + self.plan.moving))
+
+    @property
+    def metric(self) -> BoolArray:
+        """Whether all reports of a row are positions, and its residuals metres, shape (n,)."""
+        places = self._places[self.recording.sensor[self.plan.members]]
+        return np.asarray(np.logical_and.reduceat(places, self.plan.start[:-1]))
 
     @property
     def time(self) -> FloatArray:
@@ -178,10 +185,12 @@ class RecordingProblem:
     ) -> None:
         """Rows a to b of the linear problem."""
         chunk, psd = self._chunk(a, b, theta), self.setup.acceleration_m_s2**2
-        rows = (chunk.start, chunk.moving, chunk.dt, chunk.equations)
+        rows = (chunk.start, chunk.moving, chunk.dt)
         seen = self._observe(chunk, None)
-        for _ in range(_PASSES):
-            where, velocity = fit_paths(*rows, seen.e, seen.G, seen.C, psd)
+        placing = np.where(self._places[chunk.sensor], chunk.equations, 0)
+        for k in range(self._passes):
+            count = chunk.equations if k else placing
+            where, velocity = fit_paths(*rows, count, seen.e, seen.G, seen.C, psd)
             bad = np.flatnonzero(~np.isfinite(where).all(axis=1))
             if bad.size:
                 names = [s.name for s in self.recording.sensors]
@@ -192,7 +201,7 @@ class RecordingProblem:
                 )
             seen = self._observe(chunk, where)
         S, columns = self._sensitivity(chunk, seen, where, velocity)
-        eliminate(*rows, seen.e, seen.G, seen.C, S, columns, psd, y, B, R)
+        eliminate(*rows, chunk.equations, seen.e, seen.G, seen.C, S, columns, psd, y, B, R)
 
     def _chunk(self, a: int, b: int, theta: FloatArray) -> _Chunk:
         start = self.plan.start[a : b + 1]
@@ -224,24 +233,21 @@ class RecordingProblem:
             placed,
         )
 
-    def _observe(self, chunk: _Chunk, where: FloatArray | None) -> _Seen:
+    def _observe(self, chunk: _Chunk, where: FloatArray | None) -> Seen:
         """Equations of every report, B and R where the targets are (at first: reported)."""
         n, d = len(chunk.sensor), self.dim
-        e, G, C = np.zeros((n, d)), np.zeros((n, d, d)), np.zeros((n, d, d))
-        G[:] = np.eye(d)
-        D = np.zeros((n, d, d))
+        parts = Seen(np.zeros((n, d)), *(np.zeros((n, d, d)) for _ in range(3)))
         for k in np.unique(chunk.sensor):
             sensor, own = self.recording.sensors[k], np.flatnonzero(chunk.sensor == k)
-            reports = _turned(sensor, chunk.corrected[own, : self._count[k]], chunk.turn[own])
-            local = sensor.to_cartesian(reports)
-            e[own] = local + chunk.own[own]
-            at = local if where is None else where[own] - chunk.own[own]
-            C[own] = sensor.covariance(at)
-            D[own] = sensor.sensitivity(at)
-        return _Seen(e, G, C, D)
+            reports = turned(sensor, chunk.corrected[own, : self._count[k]], chunk.turn[own])
+            at = None if where is None else where[own]
+            seen = observe(sensor, reports, chunk.own[own], at)
+            parts.e[own], parts.G[own], parts.C[own] = seen.e, seen.G, seen.C
+            parts.D[own, :, : self._count[k]] = seen.D
+        return parts
 
     def _sensitivity(
-        self, chunk: _Chunk, seen: _Seen, where: FloatArray, velocity: FloatArray
+        self, chunk: _Chunk, seen: Seen, where: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, IntArray]:
         """Derivative of the equations by each sensor's own unknowns, and which those are."""
         most = max(len(columns) for columns in self.model.columns)
@@ -249,37 +255,13 @@ class RecordingProblem:
         S, columns = np.zeros((n, self.dim, most)), np.full((n, most), -1)
         for k in np.unique(chunk.sensor):
             sensor, own = self.recording.sensors[k], np.flatnonzero(chunk.sensor == k)
-            true = _turned(sensor, sensor.to_report(where[own] - chunk.own[own]), -chunk.turn[own])
+            true = true_reports(sensor, where[own], chunk.own[own])
+            true = turned(sensor, true, -chunk.turn[own])
+            D = seen.D[own, :, : self._count[k]]
             columns[own, : len(self.model.columns[k])] = self.model.columns[k]
             for j, term in enumerate(self.model.terms[k]):
-                S[own, :, j] = np.einsum("ndq,nq->nd", seen.D[own], term.column(true))
-                S[own, :, j] -= term.stamp * velocity[own]
+                S[own, :, j] = np.einsum("ndq,nq->nd", D, term.column(true))
+                if term.stamp:
+                    moved = np.einsum("nij,nj->ni", seen.G[own], velocity[own])
+                    S[own, :, j] -= term.stamp * moved
         return S, columns
-
-
-def _turned(sensor: Sensor, reports: FloatArray, turn: FloatArray) -> FloatArray:
-    """Reports (n, q) with angles (n,) added to their azimuth."""
-    if "azimuth" not in sensor.bias_names:
-        return reports
-    reports = reports.copy()
-    reports[:, sensor.bias_names.index("azimuth")] += turn
-    return reports
-
-
-def _turns(recording: Recording, setup: Setup, members: IntArray) -> FloatArray:
-    """What the platform's heading adds to the azimuth of body-frame sensors, radians."""
-    turn = np.zeros(len(members))
-    for k, sensor in enumerate(recording.sensors):
-        own = np.flatnonzero(recording.sensor[members] == k)
-        if sensor.name not in setup.body_frame or not own.size:
-            continue
-        heading = None if recording.heading is None else recording.heading[members[own]]
-        if heading is None or not np.isfinite(heading).all():
-            raise InvalidInputError(
-                f"sensor {sensor.name!r} counts azimuth from the platform's heading, which the "
-                "recording lacks for some of its reports. Record it, or leave the sensor out of "
-                "body_frame."
-            )
-        clockwise = getattr(sensor, "from_north", False)
-        turn[own] = 0.5 * np.pi - heading if clockwise else heading
-    return turn

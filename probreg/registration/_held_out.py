@@ -27,7 +27,7 @@ class HeldOut:
     targets : int
         Number of targets held out.
     before_m, after_m : ndarray, shape (k,)
-        Root mean square residual of each row, metres.
+        Root mean square residual of each row, metres; NaN for rows with a bearing.
     before_sd, after_sd : ndarray, shape (k,)
         The same in standard deviations that the sensors declare.
     before_log_score, after_log_score : float
@@ -46,7 +46,7 @@ class HeldOut:
     @property
     def medians_m(self) -> tuple[float, float]:
         """Median residual before and after, metres."""
-        return float(np.median(self.before_m)), float(np.median(self.after_m))
+        return float(np.nanmedian(self.before_m)), float(np.nanmedian(self.after_m))
 
 
 def split_targets(
@@ -78,11 +78,12 @@ def held_out(
     after = some_rows(linear, held)
     before = problem.take(held).linearise(problem.start)
     zero = np.zeros(len(theta))
+    metres = np.where(problem.metric[held], 1.0, np.nan)
     return HeldOut(
         held,
         len(np.unique(problem.plan.target[held])),
-        _rms(before.residual(zero), before.size),
-        _rms(after.residual(theta), after.size),
+        metres * _rms(before.residual(zero), before.size),
+        metres * _rms(after.residual(theta), after.size),
         _rms(before.whitened().residual(zero), before.size),
         _rms(after.whitened().residual(theta), after.size),
         float(log_score(before, law, zero).mean()),

@@ -202,7 +202,7 @@ def _contaminated(
 def _verdicts(setup: Setup, problem: RecordingProblem, draws: Draws) -> tuple[Verdict, ...]:
     found = []
     for name, limit in setup.limits.items():
-        size = np.abs(draws.flat[:, problem.names.index(name)])
+        size = np.abs(draws.flat[:, problem.model.numbers[name]])
         found.append(Verdict(name, float(limit), float((size > limit).mean())))
     return tuple(found)
 

@@ -109,6 +109,7 @@ def _predicted(problem: RecordingProblem, fold: IntArray, law: NoiseLaw) -> Floa
 def _with(setup: Setup, biases: Mapping[str, tuple[str, ...]]) -> Setup:
     """The setup with other biases, priors and limits of those that are gone left out."""
     named = {f"{sensor}.{term}" for sensor, terms in biases.items() for term in terms}
-    named |= {"platform.heading"} if any("heading" in terms for terms in biases.values()) else set()
+    if any("heading" in terms for terms in biases.values()):
+        named.add("platform.heading")
     kept = {name: sd for name, sd in setup.prior_sd.items() if name in named}
     return dataclasses.replace(setup, biases=biases, prior_sd=kept, limits={})

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg import PositionSensor, Radar2D, Radar3D
+from probreg import BearingSensor, PositionSensor, Radar2D, Radar3D
 from probreg.recordings import Recording, Setup
 from probreg.terms import add_terms, known_terms
 
 ANGLE = 2e-3
+BEARINGS_FROM = (10e3, -15e3)
 
 
 class Made(NamedTuple):
@@ -69,14 +70,20 @@ def fly(
         if own_speed is not None and sensor.name in body_frame:
             own[:, :2] = time[:, None] * np.asarray(own_speed)
             heading[:] = 0.3 + 0.01 * time
-        report = sensor.to_report(where - own)
+        if isinstance(sensor, BearingSensor):
+            own = own + np.asarray(BEARINGS_FROM)
+            report = sensor.to_report(where, own)[:, None]
+        else:
+            report = sensor.to_report(where - own)
         if sensor.name in body_frame:
             clockwise = getattr(sensor, "from_north", False)
             report[:, 1] -= 0.5 * np.pi - heading if clockwise else heading
         terms = [t for n, t in known_terms(sensor).items() if f"{t.owner}.{n}" in theta]
         terms = [t for t in terms if t.name != "heading"]
         own_theta = np.array([theta[f"{t.owner}.{t.name}"] for t in terms])
-        report = add_terms(terms, own_theta, report) + noise * sensor.sample_noise(rng, len(time))
+        report = add_terms(terms, own_theta, report) + noise * (
+            sensor.sample_noise(rng, len(time)).reshape(report.shape)
+        )
         stamp = time + theta.get(f"{sensor.name}.time", 0.0)
         values = np.full((len(time), 3), np.nan)
         values[:, : report.shape[1]] = report
@@ -86,7 +93,7 @@ def fly(
         np.concatenate(part) for part in zip(*parts, strict=True)
     )
     order = np.argsort(time, kind="stable")
-    moving = own_speed is not None
+    moving = own_speed is not None or any(isinstance(s, BearingSensor) for s in sensors)
     recording = Recording(
         tuple(sensors),
         sensor[order],
@@ -94,7 +101,7 @@ def fly(
         values[order],
         target[order],
         own_position=own[order] if moving else None,
-        heading=heading[order] if moving else None,
+        heading=heading[order] if own_speed is not None else None,
     )
     biases = {}
     for s in sensors:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from probreg import GaussianPrior
+from probreg import BearingSensor, GaussianPrior
 from probreg.errors import InvalidInputError
 from probreg.estimators import LeastSquares
 from probreg.multisensor import RecordingProblem, correct, plan_rows, restore
 from probreg.registration._observed import determined
-from tests.registration.conftest import fly, sensors_2d, sensors_3d, vector
+from tests.registration.conftest import ANGLE, fly, sensors_2d, sensors_3d, vector
 
 OFFSETS = {"a.range": 40.0, "a.azimuth": 4e-3, "b.range": -30.0, "b.azimuth": -5e-3}
 EVERYTHING = OFFSETS | {
@@ -155,6 +155,46 @@ def test_correcting_and_restoring_a_recording():
     np.testing.assert_array_equal(back.sensor, made.recording.sensor)
     np.testing.assert_allclose(back.time, made.recording.time, atol=1e-12)
     np.testing.assert_allclose(back.values, made.recording.values, rtol=1e-14, atol=1e-12)
+
+
+def with_bearings():
+    a, b, _ = sensors_2d()
+    return a, BearingSensor(ANGLE, "eye", from_north=True), b
+
+
+SEEN = OFFSETS | {"eye.bearing": 6e-3, "eye.time": 0.2}
+
+
+def test_bearings_enter_where_other_reports_place_the_target():
+    made = fly(with_bearings(), SEEN, noise=0.0, targets=20)
+    problem = RecordingProblem(made.recording, made.setup)
+    truth = vector(made, problem.names)
+    assert np.abs(problem.linearise(truth).whitened().residual(truth)).max() < 0.2
+    eye = problem.recording.sensor[problem.plan.members] == 1
+    assert eye.sum() > 50
+    assert 0 < (~problem.metric).sum() < len(problem.plan)
+    jacobian = problem.jacobian(truth)
+    for k, step in enumerate(1e-2 * problem.scale):
+        e = step * np.eye(len(truth))[k]
+        numeric = (problem.residual(truth + e) - problem.residual(truth - e)) / (2.0 * step)
+        away = np.abs(jacobian[..., k] - numeric)
+        # a bearing from very near is not linear over the step
+        assert np.quantile(away, 0.98) < 6e-3 * np.abs(numeric).max()
+
+
+def test_least_squares_with_bearings_covers():
+    # 40 recordings, 6 unknowns: pooled z^2 is chi-square of 240; false alarm 1e-4
+    from scipy import stats
+
+    total = 0.0
+    for seed in range(40):
+        made = fly(with_bearings(), SEEN, seed=seed, targets=10, scans=8)
+        problem = RecordingProblem(made.recording, made.setup)
+        got = LeastSquares().estimate(problem)
+        away = got.theta - vector(made, problem.names)
+        total += away @ np.linalg.solve(got.covariance, away)
+    low, high = stats.chi2.ppf([5e-5, 1 - 5e-5], 240)
+    assert low < total < high
 
 
 def test_a_report_moved_moves_its_own_row_only():
