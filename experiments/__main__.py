@@ -60,6 +60,11 @@ def run(
             raise StudyError("--set goes with one study, not with --all.")
         for name in study_names() if study is None else [study]:
             found = load_study(name)
+            if found.missing() and every:
+                console.print(f"{name} left out: {found.missing()}", markup=False, soft_wrap=True)
+                continue
+            if found.missing():
+                raise StudyError(f"{name} cannot run: {found.missing()}")
             for label, config in configurations(found, profile, settings or []):
                 print(run_study(found, label, config, results, jobs, console))
 

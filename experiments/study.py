@@ -40,6 +40,8 @@ class Study:
     replicate : callable
         (config, numpy.random.Generator) -> xarray.Dataset without a replicate dimension.
         Variables called "seconds..." are timings of this machine.
+    missing : callable
+        Why the study cannot run here (data that the project does not ship), or nothing.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Study:
     profiles: Mapping[str, Any]
     grid: Mapping[str, tuple[Any, ...]]
     replicate: Callable[[Any, np.random.Generator], xr.Dataset]
+    missing: Callable[[], str]
 
 
 def study_names() -> list[str]:
@@ -67,7 +70,8 @@ def load_study(name: str) -> Study:
         raise StudyError(f"no study {name!r}. {nearest(name, study_names())}")
     module: ModuleType = importlib.import_module(f"experiments.studies.{name}")
     summary = (module.__doc__ or "").strip().split("\n")[0]
-    return Study(name, summary, module.PROFILES, module.GRID, module.replicate)
+    missing = getattr(module, "missing", lambda: "")
+    return Study(name, summary, module.PROFILES, module.GRID, module.replicate, missing)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 import sys
 from pathlib import Path
@@ -47,6 +48,10 @@ def main(
         with look():
             for name in wanted or names():
                 module = importlib.import_module(f"paper_figs.{name}")
+                needs = getattr(module, "NEEDS", "")
+                if not wanted and needs and needs not in os.environ:
+                    print(f"{name} left out: {needs} names no data", file=sys.stderr)
+                    continue
                 for path in module.draw(profile, results, out):
                     print(path)
     except StudyError as error:

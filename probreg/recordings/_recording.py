@@ -88,3 +88,28 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def only(self, *names: str) -> Recording:
+        """The reports of some of the sensors.
+
+        Raises
+        ------
+        InvalidInputError
+            A sensor that is not there.
+        """
+        known = [sensor.name for sensor in self.sensors]
+        strange = set(names) - set(known)
+        if strange:
+            raise InvalidInputError(f"no sensor {sorted(strange)}; there are {known}.")
+        chosen = [k for k, name in enumerate(known) if name in names]
+        rows = np.isin(self.sensor, chosen)
+        return Recording(
+            tuple(self.sensors[k] for k in chosen),
+            np.searchsorted(chosen, self.sensor[rows]),
+            self.time[rows],
+            self.values[rows],
+            self.target[rows],
+            self.labels,
+            None if self.own_position is None else self.own_position[rows],
+            None if self.heading is None else self.heading[rows],
+        )

@@ -12,6 +12,7 @@ import paper_figs
 from experiments.results import load_result
 from experiments.study import study_names
 from paper_figs.__main__ import names
+from tests.paper_figs import test_autoferry as autoferry
 from tests.paper_figs.small import draw, draw_all, missing, run_small
 from tests.paper_figs.test_bayes_figures import BAYES
 from tests.paper_figs.test_bayes_figures import STUDIES as BAYES_STUDIES
@@ -30,13 +31,14 @@ FILES += PASSIVE + PASSIVE_TABLES
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    studies = [name for name in study_names() if name not in BAYES_STUDIES + DRIFT_STUDIES]
+    elsewhere = [*BAYES_STUDIES, *DRIFT_STUDIES, *autoferry.STUDIES]
+    studies = [name for name in study_names() if name not in elsewhere]
     return run_small(studies, tmp_path_factory.mktemp("results"))
 
 
 @pytest.fixture(scope="module")
 def drawn(results, tmp_path_factory):
-    figures = [name for name in names() if name not in BAYES + MH]
+    figures = [name for name in names() if name not in [*BAYES, *MH, *autoferry.FIGURES]]
     return draw_all(figures, results, tmp_path_factory.mktemp("out"))
 
 
