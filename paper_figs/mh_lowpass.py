@@ -22,7 +22,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.plot(data["time"].values, np.sqrt(square), color=style, label=chain, linewidth=1.1)
     floor = np.sqrt(2.0 * manifest["config"]["scenes"]["False"]["scene"]["noise_variance_m2"])
     axes.axhline(floor, color="0.6", linewidth=0.8, linestyle=":")
-    axes.annotate("floor of one scan", (2.0, 1.05 * floor), fontsize=7, color="0.4")
+    axes.text(181.0, floor, "floor of\none scan", fontsize=7, color="0.4", va="center")
     axes.set_yscale("log")
     axes.set_xlabel("time (s)")
     axes.set_ylabel("RMSE of the bias (m)")
