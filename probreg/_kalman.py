@@ -12,6 +12,7 @@ import numpy as np
 
 from probreg.typing import FloatArray
 
+_WIDEST = 1e11  # largest variance before an update over that of the report
 _TINY = 1e-13  # relative pivot below which a covariance has no spread in that direction
 
 
@@ -61,7 +62,8 @@ def take_in(
 ) -> float:
     """Update x (d,) and P (d, d) in place by components v (m,) of precisions `weights`.
 
-    Returns their log predictive density; `gain` (d,) is room to work in.
+    Returns their log predictive density; `gain` (d,) is room to work in. NaN where so little would
+    be left of a variance that rounding would decide it.
     """
     d = x.size
     log_density = 0.0
@@ -77,6 +79,8 @@ def take_in(
                 gain[a] += P[a, b] * A[c, b]
         for a in range(d):
             spread += A[c, a] * gain[a]
+        if not spread * w < _WIDEST:
+            return np.nan
         log_density -= 0.5 * (np.log(2.0 * np.pi * spread) + innovation**2 / spread)
         for a in range(d):
             x[a] += gain[a] * innovation / spread

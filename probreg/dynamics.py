@@ -57,6 +57,7 @@ class RandomWalk:
     def step(self, dim: int, interval: float) -> tuple[FloatArray, FloatArray]:
         """Identity and rate times the interval."""
         _require_dim(self, self.rate, dim)
+        positive_number("interval", interval, zero=True)
         return np.eye(dim), interval * self.rate
 
 
@@ -96,6 +97,7 @@ class LinearGaussian:
     def step(self, dim: int, interval: float) -> tuple[FloatArray, FloatArray]:
         """F^k and the Q gathered over k scans."""
         _require_dim(self, self.transition, dim)
+        positive_number("interval", interval, zero=True)
         scans = interval / self.interval
         if abs(scans - round(scans)) > 1e-6 * max(scans, 1.0):
             raise InvalidInputError(

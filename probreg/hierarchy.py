@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 from probreg._intervals import equal_tailed
 from probreg.errors import InvalidInputError
 from probreg.typing import FloatArray
-from probreg.validation import finite_array, positive_number
+from probreg.validation import finite_array, positive_number, whole_number
 
 _GRID = 4000  # points at which the spread between recordings is looked at
 
@@ -54,8 +54,8 @@ def pool(
     """Pool the posteriors of one bias in n recordings, each about normal under a flat prior.
 
     theta_i ~ N(common, spread^2), common ~ N(0, common_sd^2), spread half-normal of scale
-    spread_sd. The spread is drawn from its exact marginal on a grid, the rest given it in
-    closed form, so draws are independent.
+    spread_sd. The spread is drawn from its marginal on a fine grid of its logarithm, the rest
+    given it in closed form, so draws are independent.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def pool(
     Raises
     ------
     InvalidInputError
-        Fewer than two recordings, numbers that are not finite or not above zero.
+        Fewer than two recordings, numbers that are not finite or not above zero, no draw.
     """
     mean = finite_array("mean", mean, (None,))
     sd = finite_array("sd", sd, (len(mean),))
@@ -79,12 +79,17 @@ def pool(
         raise InvalidInputError(f"sd of recording {int(np.argmin(sd))} is not above zero.")
     positive_number("common_sd", common_sd)
     positive_number("spread_sd", spread_sd)
-    grid = (np.arange(_GRID) + 0.5) / _GRID * 5.0 * spread_sd
+    whole_number("num_draws", num_draws)
+    # below the first point the spread is nothing beside any sd, above the last the prior is
+    least = 1e-3 * min(float(sd.min()), spread_sd)
+    most = max(8.0 * spread_sd, 10.0 * float(np.ptp(mean)))
+    log_grid = np.linspace(np.log(least), np.log(most), _GRID)
+    grid = np.exp(log_grid)
     centre, variance, log_weight = _given_spread(mean, sd, grid, common_sd)
-    log_weight = log_weight - 0.5 * (grid / spread_sd) ** 2
+    log_weight = log_weight - 0.5 * (grid / spread_sd) ** 2 + log_grid
     chosen = rng.choice(_GRID, num_draws, p=np.exp(log_weight - logsumexp(log_weight)))
-    width = grid[1] - grid[0]
-    spread = grid[chosen] + width * (rng.random(num_draws) - 0.5)
+    width = log_grid[1] - log_grid[0]
+    spread = grid[chosen] * np.exp(width * (rng.random(num_draws) - 0.5))
     common = centre[chosen] + np.sqrt(variance[chosen]) * rng.standard_normal(num_draws)
     precision = 1.0 / sd**2 + 1.0 / spread[:, None] ** 2
     middle = (mean / sd**2 + common[:, None] / spread[:, None] ** 2) / precision

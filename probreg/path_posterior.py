@@ -9,7 +9,7 @@ import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._law import require_law
+from probreg.noise._law import require_scalar_law
 from probreg.reweighting import per_component
 from probreg.trajectory import Backward, Trajectory
 from probreg.typing import BoolArray, FloatArray, IntArray
@@ -42,7 +42,7 @@ class PathPosterior:
     noise: NoiseLaw
 
     def __post_init__(self) -> None:
-        require_law(self.noise)
+        require_scalar_law(self.noise)
         if not self.noise.proper:
             raise ImproperLawError(
                 f"{type(self.noise).__name__} has no density, so a path has no posterior under it. "

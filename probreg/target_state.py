@@ -17,8 +17,9 @@ from probreg.errors import InvalidInputError, UnobservableError
 from probreg.prior import GaussianPrior
 from probreg.reports import AssociatedReports
 from probreg.sensors import PositionSensor
-from probreg.trajectory import Trajectory
+from probreg.trajectory import Trajectory, in_order
 from probreg.typing import FloatArray
+from probreg.validation import finite_array, positive_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,11 @@ class Target:
     position_sd, velocity_sd : float
     acceleration_sd : float
         Of a step, m/s^2.
+
+    Raises
+    ------
+    InvalidInputError
+        A standard deviation that is not above zero, numbers that are not finite.
     """
 
     position: FloatArray
@@ -39,6 +45,13 @@ class Target:
     position_sd: float = 1_000.0
     velocity_sd: float = 50.0
     acceleration_sd: float = 5.0
+
+    def __post_init__(self) -> None:
+        for name in ("position_sd", "velocity_sd", "acceleration_sd"):
+            positive_number(f"{name} of Target", getattr(self, name))
+        for name in ("position", "velocity"):
+            value = finite_array(f"{name} of Target", getattr(self, name), (None,))
+            object.__setattr__(self, name, value)
 
 
 def follow_target(
@@ -74,10 +87,10 @@ def follow_target(
     d, k, T = data.sensors[0].dim, len(data.sensors), len(data)
     biased = [s.name for s in data.sensors if s.name in biases]
     p = 2 * d + d * len(biased)
-    H, R = np.zeros((k, d, p)), np.zeros((k, d, k, d))
+    H, R = np.zeros((k, d, p)), np.zeros((k, d, d))
     for j, sensor in enumerate(data.sensors):
         H[j, :, :d] = np.eye(d)
-        R[j, :, j, :] = sensor.covariance(np.zeros(d))
+        R[j] = sensor.covariance(np.zeros(d))
         if sensor.name in biases:
             at = 2 * d + d * biased.index(sensor.name)
             H[j, :, at : at + d] = np.eye(d)
@@ -87,7 +100,7 @@ def follow_target(
             *((biases[name][0], d) for name in biased),
         )
     )
-    time = np.asarray(data.time)
+    time = in_order(np.asarray(data.time), T)
     steps = [moves.step(p, float(interval)) for interval in np.diff(time)]
     axes = "xyz"[:d]
     names = [f"target.{a}" for a in axes] + [f"target.v{a}" for a in axes]
@@ -95,7 +108,7 @@ def follow_target(
     return Trajectory(
         np.concatenate(data.values, axis=1),
         np.tile(H.reshape(k * d, p), (T, 1, 1)),
-        np.tile(R.reshape(k * d, k * d), (T, 1, 1)),
+        np.tile(R, (T, 1, 1, 1)),
         np.array([F for F, _ in steps]).reshape(T - 1, p, p),
         np.array([Q for _, Q in steps]).reshape(T - 1, p, p),
         _prior(target, [biases[name][1] for name in biased]),

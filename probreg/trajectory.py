@@ -15,7 +15,7 @@ from probreg.errors import InvalidInputError
 from probreg.noise import NoiseLaw
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
-from probreg.typing import FloatArray
+from probreg.typing import BoolArray, FloatArray
 from probreg.validation import finite_array, positive_definite
 
 
@@ -90,8 +90,9 @@ class Trajectory:
         Reports or contrasts of each scan.
     H : ndarray, shape (T, m, d)
         Sensitivity to the state.
-    R : ndarray, shape (T, m, m)
-        Scale matrix of the noise.
+    R : ndarray, shape (T, m, m) or (T, k, m / k, m / k)
+        Scale matrix of the noise, whole or its blocks along the diagonal: with many rows a scan
+        only the blocks fit into memory.
     F, Q : ndarray, shape (T - 1, d, d)
         Step from each scan to the next.
     prior : GaussianPrior
@@ -125,44 +126,42 @@ class Trajectory:
     width: int = 0
 
     def __post_init__(self) -> None:
-        y = finite_array("y", self.y, (None, None))
-        T, m = y.shape
+        T, m = np.shape(self.y) if np.ndim(self.y) == 2 else (0, 0)
         if T == 0 or m == 0:
-            raise InvalidInputError("there is no scan.")
-        H = finite_array("H", self.H, (T, m, None))
+            raise InvalidInputError(
+                f"y has shape {np.shape(self.y)}; (scans, components) is needed."
+            )
+        present = _present(self.present, T, m)
+        # what was not reported does not count, whatever stands there
+        y = finite_array("y", np.where(present, self.y, 0.0), (T, m))
+        if np.shape(self.H)[:2] != (T, m) or np.ndim(self.H) != 3:
+            raise InvalidInputError(
+                f"H has shape {np.shape(self.H)}; ({T}, {m}, states) is needed."
+            )
+        H = finite_array("H", np.where(present[..., None], self.H, 0.0), (T, m, None))
         d = H.shape[2]
-        R = positive_definite("R", finite_array("R", self.R, (T, m, m)))
+        R = _scale_matrices(self.R, present)
+        width = self.width or (R.shape[2] if R.ndim == 4 else m)
+        if width < 1 or m % width:
+            raise InvalidInputError(f"{m} components a scan are no whole rows of {width}.")
         F, Q = (_steps(name, value, T, d) for name, value in (("F", self.F), ("Q", self.Q)))
         for k in range(T - 1):
             if k == 0 or (Q[k] != Q[k - 1]).any():
                 semidefinite(f"Q[{k}]", Q[k])
         names = tuple(self.names or (f"state[{k}]" for k in range(d)))
-        if len(names) != d:
-            raise InvalidInputError(f"{d} states need {d} names; got {names}.")
+        units = tuple(self.units or ("",) * d)
+        if len(names) != d or len(units) != d:
+            raise InvalidInputError(f"{d} states need {d} names and units; got {names}, {units}.")
         if not isinstance(self.prior, GaussianPrior):
             raise InvalidInputError("a trajectory needs a GaussianPrior of its first state.")
         self.prior.check(names)
-        present = np.ones((T, m)) if self.present is None else np.asarray(self.present)
-        if present.shape != (T, m):
-            raise InvalidInputError(f"present has shape {present.shape}; ({T}, {m}) is needed.")
-        present = present.astype(bool).astype(float)
-        y, H, R = y * present, H * present[..., None], _marginal(R, present)
         if self.time is not None:
-            time = finite_array("time", self.time, (T,))
-            late = np.flatnonzero(np.diff(time) < 0.0)
-            if late.size:
-                raise InvalidInputError(
-                    f"time goes back after scan {late[0]} ({time[late[0]]:g} to "
-                    f"{time[late[0] + 1]:g} s); sort the scans first."
-                )
-        width = self.width or m
-        if m % width:
-            raise InvalidInputError(f"{m} components a scan are no whole rows of {width}.")
-        fields = {"y": y, "H": H, "R": R, "F": F, "Q": Q, "names": names, "present": present}
-        object.__setattr__(self, "width", width)
+            object.__setattr__(self, "time", in_order(self.time, T))
+        fields = {"y": y, "H": H, "R": R, "F": F, "Q": Q, "present": present.astype(float)}
         for name, value in fields.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "units", tuple(self.units or ("",) * d))
+        for name, text in (("names", names), ("units", units), ("width", width)):
+            object.__setattr__(self, name, text)
 
     @classmethod
     def drifting(
@@ -190,17 +189,19 @@ class Trajectory:
         place = np.arange(len(order)) - np.repeat(np.cumsum(counts) - counts, counts)
         _, width, p = problem.B.shape
         T, most = len(times), int(counts.max())
-        m = most * width
-        y, H = np.zeros((T, m)), np.zeros((T, m, p))
-        R, present = np.tile(np.eye(m), (T, 1, 1)), np.zeros((T, m))
-        for row, k in zip(order, place, strict=True):
-            t, own = scan[row], slice(k * width, (k + 1) * width)
-            y[t, own], H[t, own], R[t, own, own] = problem.y[row], problem.B[row], problem.R[row]
-            present[t, own] = np.arange(width) < problem.size[row]
+        spot = scan[order], place
+        y, H = np.zeros((T, most, width)), np.zeros((T, most, width, p))
+        R, present = np.tile(np.eye(width), (T, most, 1, 1)), np.zeros((T, most, width), dtype=bool)
+        y[spot], H[spot], R[spot] = problem.y[order], problem.B[order], problem.R[order]
+        present[spot] = np.arange(width) < problem.size[order, None]
         steps = [dynamics.step(p, float(dt)) for dt in np.diff(times)]
         F = np.array([step[0] for step in steps]).reshape(T - 1, p, p)
         Q = np.array([step[1] for step in steps]).reshape(T - 1, p, p)
-        return cls(y, H, R, F, Q, prior, times, problem.names, problem.units, present, width)
+        flat = (T, most * width)
+        return cls(
+            y.reshape(flat), H.reshape(*flat, p), R, F, Q, prior, times, problem.names,
+            problem.units, present.reshape(flat), width,
+        )  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.y)
@@ -214,9 +215,10 @@ class Trajectory:
             root = _kalman.semidefinite_root(np.ascontiguousarray(self.Q[t - 1]))
             path[t] = self.F[t - 1] @ path[t - 1] + root @ rng.standard_normal(d)
         v = noise.sample(rng, self.y.size // self.width, self.width).reshape(self.y.shape)
-        values, vectors = np.linalg.eigh(self.R)
-        spread = np.einsum("tij,tj,tkj,tk->ti", vectors, np.sqrt(values), vectors, v)
-        y = np.einsum("tmd,td->tm", self.H, path) + spread
+        values, vectors = np.linalg.eigh(self.blocks)
+        grouped = v.reshape(values.shape)
+        spread = np.einsum("tkij,tkj,tklj,tkl->tki", vectors, np.sqrt(values), vectors, grouped)
+        y = np.einsum("tmd,td->tm", self.H, path) + spread.reshape(v.shape)
         return path, replace(self, y=y)
 
     def rows(self) -> RegistrationProblem:
@@ -230,30 +232,58 @@ class Trajectory:
             Rows that are correlated, or no times.
         """
         T, m = self.y.shape
-        k = m // self.width
+        k, width = m // self.width, self.width
         if self.time is None:
             raise InvalidInputError("rows of a trajectory need the times of its scans.")
-        blocks = self.R.reshape(T, k, self.width, k, self.width)
-        own = np.einsum("tijil->tijl", blocks)
-        if np.count_nonzero(blocks) > np.count_nonzero(own):
-            raise InvalidInputError("rows of one scan are correlated; make them one row (width).")
+        own = self.blocks
+        if own.shape[1] != k:
+            full = self.R.reshape(T, k, width, k, width)
+            own = np.einsum("tijil->tijl", full)
+            if np.count_nonzero(full) > np.count_nonzero(own):
+                raise InvalidInputError(
+                    "rows of one scan are correlated; make them one row (width)."
+                )
         assert self.present is not None
-        seen = self.present.reshape(T * k, self.width).any(axis=1)
+        present = self.present.reshape(-1, width)
+        seen = present.any(axis=1)
+        # reported components first, as padded rows want them
+        first = np.argsort(-present[seen], axis=1, kind="stable")
+        at = np.arange(len(first))[:, None]
         return RegistrationProblem(
-            self.y.reshape(T * k, self.width)[seen],
-            self.H.reshape(T * k, self.width, -1)[seen],
-            own.reshape(T * k, self.width, self.width)[seen],
+            self.y.reshape(-1, width)[seen][at, first],
+            self.H.reshape(len(present), width, -1)[seen][at, first],
+            own.reshape(-1, width, width)[seen][at[:, None], first[:, :, None], first[:, None, :]],
             np.repeat(self.time, k)[seen],
             self.names,
             self.units,
+            present[seen].sum(axis=1).astype(int),
         )
+
+    @property
+    def blocks(self) -> FloatArray:
+        """R as blocks along its diagonal, shape (T, k, m / k, m / k)."""
+        return self.R if self.R.ndim == 4 else self.R[:, None]
+
+    def prior_path(self) -> tuple[FloatArray, FloatArray]:
+        """Mean and standard deviations (T, d) before any report."""
+        T, d = len(self), len(self.names)
+        mean, sd = np.empty((T, d)), np.empty((T, d))
+        x, P = self.prior.mean, self.prior.covariance
+        for t in range(T):
+            if t:
+                x, P = self.F[t - 1] @ x, self.F[t - 1] @ P @ self.F[t - 1].T + self.Q[t - 1]
+            mean[t], sd[t] = x, np.sqrt(np.diag(P))
+        return mean, sd
 
     @cached_property
     def whitened(self) -> tuple[FloatArray, FloatArray, float]:
         """V (T, m), A (T, m, d) and the sum of log |R|."""
-        root, log_det = inverse_roots(np.ascontiguousarray(self.R))
-        v = np.einsum("tij,tj->ti", root, self.y)
-        return v, np.ascontiguousarray(root @ self.H), float(log_det.sum())
+        T, k, width = self.blocks.shape[:3]
+        flat = np.ascontiguousarray(self.blocks.reshape(-1, width, width))
+        root, log_det = inverse_roots(flat)
+        v = np.einsum("nij,nj->ni", root, self.y.reshape(-1, width))
+        A = root @ self.H.reshape(len(root), width, -1)
+        return v.reshape(T, -1), A.reshape(T, k * width, -1), float(log_det.sum())
 
     @cached_property
     def filtered(self) -> Filtered:
@@ -275,7 +305,11 @@ class Trajectory:
         v, A, log_det = self.whitened
         T, d = len(self), A.shape[2]
         assert self.present is not None
-        used = self.present if weights is None else self.present * weights
+        used = self.present
+        if weights is not None:
+            used = self.present * finite_array("weights", weights, self.y.shape)
+            if (used < 0.0).any():
+                raise InvalidInputError("a weight is negative.")
         Q = self.Q if step_scale is None else self.Q * np.outer(step_scale, step_scale)
         means, covariances = np.empty((2, T, d)), np.empty((2, T, d, d))
         log_likelihood = _kalman.run_filter(
@@ -291,6 +325,11 @@ class Trajectory:
             means[1],
             covariances[1],
         )
+        if not np.isfinite(log_likelihood):
+            raise InvalidInputError(
+                "the prior (or the process noise) is more than 300 000 times wider than a report "
+                "is accurate, and double precision cannot hold both. Give a narrower prior."
+            )
         value = float(log_likelihood) - 0.5 * log_det
         return Filtered(means[0], covariances[0], means[1], covariances[1], value)
 
@@ -330,10 +369,47 @@ def _steps(name: str, value: FloatArray, T: int, d: int) -> FloatArray:
     return finite_array(name, full, (T - 1, d, d))
 
 
-def _marginal(R: FloatArray, present: FloatArray) -> FloatArray:
+def _present(given: FloatArray | None, T: int, m: int) -> BoolArray:
+    present = np.ones((T, m), dtype=bool) if given is None else np.asarray(given)
+    if present.shape != (T, m):
+        raise InvalidInputError(f"present has shape {present.shape}; ({T}, {m}) is needed.")
+    if not np.isin(present, (0, 1)).all():
+        raise InvalidInputError("present must say true or false (1 or 0) of every component.")
+    return present.astype(bool)
+
+
+def _scale_matrices(given: FloatArray, present: BoolArray) -> FloatArray:
     """R of the components present; the others uncorrelated, of unit variance."""
-    both = present[:, :, None] * present[:, None, :]
-    marginal: FloatArray = R * both
-    at = np.arange(R.shape[1])
-    marginal[:, at, at] += 1.0 - present
-    return marginal
+    T, m = present.shape
+    R = np.asarray(given, dtype=float)
+    k = R.shape[1] if R.ndim == 4 else 1
+    width = m // k if k else 0
+    if R.shape not in ((T, m, m), (T, k, width, width)) or k * width != m:
+        raise InvalidInputError(
+            f"R has shape {R.shape}; ({T}, {m}, {m}), or blocks ({T}, rows, width, width) with "
+            f"{m} components in all, is needed."
+        )
+    own = present.reshape(T, k, width) if R.ndim == 4 else present
+    both = own[..., :, None] & own[..., None, :]
+    R = np.where(both, R, 0.0) + np.eye(width) * ~own[..., None]
+    R = finite_array("R", R, R.shape)
+    positive_definite("R", R.reshape(-1, width, width))
+    return R
+
+
+def in_order(given: FloatArray, T: int) -> FloatArray:
+    """Times (T,) that do not go back.
+
+    Raises
+    ------
+    InvalidInputError
+        They do, or are not finite.
+    """
+    time = finite_array("time", given, (T,))
+    late = np.flatnonzero(np.diff(time) < 0.0)
+    if late.size:
+        raise InvalidInputError(
+            f"time goes back after scan {late[0]} ({time[late[0]]:g} to "
+            f"{time[late[0] + 1]:g} s); sort the scans first."
+        )
+    return time

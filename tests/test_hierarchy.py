@@ -74,3 +74,23 @@ def test_bad_numbers_are_refused():
         pool(MEAN, np.array([1.0, 1.0, 0.0, 1.0]), **good)
     with pytest.raises(InvalidInputError, match="spread_sd"):
         pool(MEAN, SD, **{**good, "spread_sd": -1.0})
+
+
+@pytest.mark.parametrize(("factor", "spread_sd"), [(1.0, 3.0), (1.0, 3000.0), (10.0, 0.01)])
+def test_the_spread_is_right_over_decades_of_its_prior(factor, spread_sd):
+    # quantiles of 40 000 draws against quadrature on a logarithmic grid of ten decades
+    mean, sd = factor * np.array([0.3, 0.5, -0.1, 0.4]), np.array([0.08, 0.15, 0.05, 0.2])
+    tau = np.geomspace(1e-6, 1e5, 200_001)
+    total = sd**2 + tau[:, None] ** 2
+    precision = (1.0 / total).sum(axis=1) + 1e-4
+    centre = (mean / total).sum(axis=1) / precision
+    height = stats.norm(0.0, np.sqrt(total)).logpdf(mean).sum(axis=1)
+    height += 0.5 * centre**2 * precision - 0.5 * np.log(precision) - 0.5 * (tau / spread_sd) ** 2
+    weight = np.exp(height - height.max()) * tau
+    share = np.cumsum(weight) / weight.sum()
+    exact = [tau[np.searchsorted(share, p)] for p in (0.05, 0.5, 0.95)]
+    found = pool(mean, sd, common_sd=100.0, spread_sd=spread_sd, num_draws=40_000, rng=rng())
+    below = np.array([(found.spread < q).mean() for q in exact])
+    np.testing.assert_allclose(below, [0.05, 0.5, 0.95], atol=0.01)
+    with pytest.raises(InvalidInputError, match="num_draws"):
+        pool(mean, sd, common_sd=1.0, spread_sd=1.0, num_draws=0, rng=rng())

@@ -40,7 +40,8 @@ def dense(model):
             covariance[s, :, t] = covariance[t, :, s].T
         covariance[t, :, t] = F @ covariance[t - 1, :, t - 1] @ F.T + model.Q[t - 1]
     S, mu = covariance.reshape(T * d, T * d), mean.ravel()
-    H, R = linalg.block_diag(*model.H), linalg.block_diag(*model.R)
+    H = linalg.block_diag(*model.H)
+    R = linalg.block_diag(*(block for scan in model.blocks for block in scan))
     keep = model.present.ravel() > 0.0
     H, R, y = H[keep], R[np.ix_(keep, keep)], model.y.ravel()[keep]
     spread = H @ S @ H.T + R
@@ -228,3 +229,94 @@ def test_the_transposed_map_is_the_derivative():
     pulled = back.pull_back(slope)
     along = ((back.paths(z) - back.mean) * slope).sum(axis=(1, 2))
     np.testing.assert_allclose((pulled * z).sum(axis=(1, 2)), along, rtol=1e-10)
+
+
+def test_rows_of_a_scan_given_as_blocks_are_the_whole_matrix():
+    rng = np.random.default_rng(3)
+    blocks = random_covariances(rng, 14, 2).reshape(7, 2, 2, 2)
+    whole = np.zeros((7, 4, 4))
+    whole[:, :2, :2], whole[:, 2:, 2:] = blocks[:, 0], blocks[:, 1]
+    model = make(m=4)
+    one = dataclasses.replace(model, R=whole, width=2)
+    two = dataclasses.replace(model, R=blocks, width=0)
+    assert two.width == 2
+    for a, b in zip(one.smooth(), two.smooth(), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-10)
+    assert one.filter().log_likelihood == pytest.approx(two.filter().log_likelihood)
+    timed = {"time": np.arange(7.0)}
+    rows = [dataclasses.replace(m, **timed).rows() for m in (one, two)]
+    np.testing.assert_array_equal(rows[0].R, rows[1].R)
+
+
+def test_a_crowded_scan_needs_no_matrix_of_its_whole_size():
+    # 99 scans of one row and one of 2000: dense matrices would take 28 GB
+    problem = linear_problem(4, 2099, 3, 2).problem
+    time = np.concatenate([np.arange(99.0), np.full(2000, 99.0)])
+    timed = dataclasses.replace(problem, time=time)
+    prior = GaussianPrior.from_sd(np.full(2, 10.0))
+    model = Trajectory.drifting(timed, Constant(), prior)
+    exact = LeastSquares().estimate(problem, prior)
+    np.testing.assert_allclose(model.filter().mean[-1], exact.theta, rtol=1e-8)
+
+
+def test_rows_say_which_components_are_real():
+    model = dataclasses.replace(make(m=4), R=np.tile(np.eye(4), (7, 1, 1)), width=2,
+                                time=np.arange(7.0))  # fmt: skip
+    present = np.tile([True, True, False, True], (7, 1))
+    problem = dataclasses.replace(model, present=present).rows()
+    np.testing.assert_array_equal(problem.size, np.tile([2, 1], 7))
+    np.testing.assert_array_equal(problem.y[1::2, 0], model.y[:, 3])
+    np.testing.assert_array_equal(problem.B[1::2, 0], model.H[:, 3])
+    assert not problem.y[1::2, 1].any()
+
+
+def test_what_stands_where_nothing_was_reported_is_not_looked_at():
+    model = make()
+    present = np.tile([True, False], (7, 1))
+    y, R = model.y.copy(), model.R.copy()
+    y[:, 1], R[:, 1, 1] = np.nan, 0.0
+    plain = dataclasses.replace(model, present=present).filter()
+    odd = dataclasses.replace(model, y=y, R=R, present=present).filter()
+    np.testing.assert_array_equal(plain.mean, odd.mean)
+
+
+def test_a_prior_too_wide_for_double_precision_is_refused():
+    # scalar rows of unit variance; at 1e4 the answer is right, at 1e8 rounding would decide
+    rng = np.random.default_rng(6)
+    H, one = rng.normal(size=(30, 1, 2)), np.ones((30, 1, 1))
+    y = rng.normal(size=(30, 1))
+    walk = [1e-4 * np.eye(2)] * 29
+    right = Trajectory(y, H, one, np.eye(2), np.array(walk), GaussianPrior.from_sd(np.full(2, 1e4)))
+    # by information: differences of the walk, the prior, the rows
+    step = np.eye(60)[2:] - np.eye(60)[:-2]
+    J = 1e4 * step.T @ step
+    J[:2, :2] += 1e-8 * np.eye(2)
+    rows = linalg.block_diag(*H)
+    J += rows.T @ rows
+    mean = np.linalg.solve(J, rows.T @ y.ravel()).reshape(30, 2)
+    np.testing.assert_allclose(right.smooth().mean, mean, rtol=1e-5)
+    np.testing.assert_allclose(right.smooth().covariance[0], np.linalg.inv(J)[:2, :2], rtol=1e-4)
+    wide = dataclasses.replace(right, prior=GaussianPrior.from_sd(np.full(2, 1e8)))
+    with pytest.raises(InvalidInputError, match="Give a narrower prior"):
+        wide.filter()
+
+
+@pytest.mark.parametrize(("change", "text"), [
+    ({"present": np.full((7, 2), np.nan)}, "true or false"),
+    ({"width": -1}, "no whole rows"),
+    ({"units": ("m",)}, "names and units"),
+    ({"R": np.ones((7, 2))}, "R has shape"),
+], ids=str)  # fmt: skip
+def test_more_bad_input_is_refused(change, text):
+    with pytest.raises(InvalidInputError, match=text):
+        dataclasses.replace(make(), **change)
+
+
+def test_weights_are_checked():
+    model = make()
+    for weights, text in ((np.full((7, 2), np.nan), "non-finite"), (-np.ones((7, 2)), "negative"),
+                          (np.ones((3, 2)), "shape")):  # fmt: skip
+        with pytest.raises(InvalidInputError, match=text):
+            model.filter(weights)
+    with pytest.raises(InvalidInputError, match="interval"):
+        RandomWalk(np.ones(2)).step(2, -1.0)

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from probreg._kalman import semidefinite_root
 from probreg.typing import FloatArray, IntArray
 
 
@@ -24,15 +23,15 @@ class Moves(NamedTuple):
     ----------
     at : ndarray of int, shape (n,)
         Which step comes before a row; -1 for none.
-    F, Q : ndarray, shape (k, p, p)
-        The different steps.
+    F, roots : ndarray, shape (k, p, p)
+        The different steps, and square roots of their noise.
     grow : float
-        Factor on P at each step.
+        Factor on the square root of P at each step.
     """
 
     at: IntArray
     F: FloatArray
-    Q: FloatArray
+    roots: FloatArray
     grow: float
 
 
@@ -63,10 +62,7 @@ def recurse(
     g = np.empty(p, dtype=v.dtype)
     for i in range(n):
         if moves.at[i] >= 0:
-            F = moves.F[moves.at[i]]
-            theta[:] = F @ theta
-            FS = F @ S
-            S[:] = semidefinite_root(moves.grow * (FS @ FS.T) + moves.Q[moves.at[i]])
+            _move(moves.F[moves.at[i]], moves.roots[moves.at[i]], moves.grow, theta, S)
         d2 = 0.0
         for c in range(size[i]):
             e = v[i, c]
@@ -85,6 +81,17 @@ def recurse(
         path[i] = theta
         if covariances.shape[0] > 0:
             covariances[i] = S @ S.T
+
+
+@numba.njit(cache=True)
+def _move(F: FloatArray, root: FloatArray, grow: float, theta: FloatArray, S: FloatArray) -> None:
+    """One step; P is never formed: S S' = F S S' F' grow^2 + root root' by triangularisation."""
+    p = theta.size
+    theta[:] = F @ theta
+    stacked = np.empty((2 * p, p), dtype=S.dtype)
+    stacked[:p] = grow * (F @ S).T
+    stacked[p:] = root.T
+    S[:] = np.linalg.qr(stacked)[1].T
 
 
 @numba.njit(cache=True)

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from probreg._kalman import semidefinite_root
 from probreg.dynamics import Constant, Dynamics
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate, in_rows
@@ -195,7 +196,7 @@ class Recursive:
         at = np.full(n, -1)
         if isinstance(self.dynamics, Constant) and self.forgetting == 1.0:
             empty = np.zeros((0, p, p), dtype=dtype)
-            return Moves(at, empty, empty, 1.0)
+            return Moves(at, empty, empty, dtype(1.0))
         if linear.time is None:
             raise InvalidInputError("unknowns that drift need the times of the rows.")
         gaps = np.diff(linear.time[order])
@@ -203,8 +204,10 @@ class Recursive:
         at[1:][gaps > 0.0] = which
         steps = [self.dynamics.step(p, float(interval)) for interval in intervals]
         F = np.array([F for F, _ in steps]).reshape(-1, p, p) * (unit / unit[:, None])
-        Q = np.array([Q for _, Q in steps]).reshape(-1, p, p) / np.outer(unit, unit)
-        return Moves(at, F.astype(dtype), Q.astype(dtype), 1.0 / self.forgetting)
+        Q = [Q / np.outer(unit, unit) for _, Q in steps]
+        roots = np.array([semidefinite_root(np.ascontiguousarray(q)) for q in Q]).reshape(-1, p, p)
+        grow = dtype(1.0 / np.sqrt(self.forgetting))
+        return Moves(at, F.astype(dtype), roots.astype(dtype), grow)
 
     def _start(
         self, problem: Problem, prior: GaussianPrior | None

@@ -12,6 +12,7 @@ from probreg.typing import FloatArray
 from probreg.validation import positive_number
 
 _MAX_WIDENINGS = 50
+_MAX_SHRINKS = 200
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def redraw(
     for k, scale in enumerate(scales):
         level = height - rng.exponential()
         low, high = _bracket(look, log_factors, k, scale.spread, level, rng)
-        while True:
+        for _ in range(_MAX_SHRINKS):
             value = rng.uniform(low, high)
             trial = log_factors.copy()
             trial[k] = value
@@ -92,6 +93,10 @@ def redraw(
                 log_factors[k] = value
                 break
             low, high = (value, high) if value < log_factors[k] else (low, value)
+        else:
+            raise InvalidInputError(
+                f"the factor of {scale.states} cannot be drawn: its density is too rough."
+            )
     return filtered
 
 

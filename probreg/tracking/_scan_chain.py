@@ -15,7 +15,7 @@ def run_scan(
     rng: Any,
     v: FloatArray,
     A: FloatArray,
-    width: int,
+    size: FloatArray,
     kernel: Any,
     params: FloatArray,
     unit: float,
@@ -33,16 +33,17 @@ def run_scan(
 ) -> int:
     """Run a chain over x (d,) from its start; writes every state into draws (n, d).
 
-    The target is the rows' density, v (m,), A (m, d) in rows of `width` components, times a
-    prior that is flat (no centre), or Gaussian about one of the centres (k, d), each of which
-    is as likely; which one is a state of the chain too (`member`). `prior_root` whitens it.
+    The target is the rows' density, v (n, width), A (n, width, d) of which `size` (n,) components
+    of each row are real, times a prior that is flat (no centre), or Gaussian about one of the
+    centres (k, d), each of which is as likely; which one is a state of the chain too (`member`).
+    `prior_root` whitens it.
     A local step is `step` (d, d), lower triangular, times normal numbers.
     Proposals outside the box (d, 2) are rejected and the state repeated. `sign` -1 turns the
     rows' density upside down. Returns the number of accepted proposals.
     """
     d, k = x.size, centres.shape[0]
     proposed, z = np.empty(d), np.empty(d)
-    height = _log_target(v, A, width, kernel, params, unit, sign, x)
+    height = _log_target(v, A, size, kernel, params, unit, sign, x)
     height += _log_prior(centres, prior_root, x, member)
     accepted = 0
     for i in range(draws.shape[0]):
@@ -61,7 +62,7 @@ def run_scan(
                 inside = False
         other = member if k < 2 else int(rng.random() * k)
         if inside:
-            level = _log_target(v, A, width, kernel, params, unit, sign, proposed)
+            level = _log_target(v, A, size, kernel, params, unit, sign, proposed)
             level += _log_prior(centres, prior_root, proposed, other)
             if np.log(rng.random()) < gamma * (level - height):
                 x[:] = proposed
@@ -76,22 +77,22 @@ def run_scan(
 def _log_target(
     v: FloatArray,
     A: FloatArray,
-    width: int,
+    size: FloatArray,
     kernel: Any,
     params: FloatArray,
     unit: float,
     sign: float,
     x: FloatArray,
 ) -> float:
-    total, d2 = 0.0, 0.0
-    for c in range(v.size):
-        left = v[c]
-        for a in range(x.size):
-            left -= A[c, a] * x[a]
-        d2 += left * left
-        if (c + 1) % width == 0:
-            total += kernel(d2 / (unit * unit), float(width), params)
-            d2 = 0.0
+    total = 0.0
+    for i in range(v.shape[0]):
+        d2 = 0.0
+        for c in range(v.shape[1]):
+            left = v[i, c]
+            for a in range(x.size):
+                left -= A[i, c, a] * x[a]
+            d2 += left * left
+        total += kernel(d2 / (unit * unit), size[i], params)
     return sign * total
 
 

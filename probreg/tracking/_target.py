@@ -7,6 +7,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from probreg.errors import InvalidInputError
 from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
@@ -58,6 +59,14 @@ class ScanTarget(ABC):
     @abstractmethod
     def prior(self, model: Trajectory, scan: int, memory: Memory) -> ScanPrior:
         """What is believed before those rows."""
+
+
+def require_scene(model: object, rng: object) -> None:
+    """Raise unless there is a trajectory to follow and a generator to do it with."""
+    if not isinstance(model, Trajectory):
+        raise InvalidInputError(f"follows a Trajectory, not a {type(model).__name__}.")
+    if not isinstance(rng, np.random.Generator):
+        raise InvalidInputError("rng must be a numpy.random.Generator: default_rng(seed).")
 
 
 def flat(d: int) -> ScanPrior:

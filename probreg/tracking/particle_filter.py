@@ -14,6 +14,7 @@ from probreg.noise import NoiseLaw, ScaleMixture, StudentT
 from probreg.noise._law import require_scalar_law
 from probreg.reweighting import per_component
 from probreg.tracking import _particles
+from probreg.tracking._target import require_scene
 from probreg.tracking._track import Track
 from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray, IntArray
@@ -31,7 +32,7 @@ class ParticleFilter:
     Parameters
     ----------
     noise : NoiseLaw
-        A scale mixture: Gaussian, StudentT, Contaminated, Laplace.
+        A scale mixture: Gaussian, StudentT, Contaminated, Hyperbolic.
     particles : int
     resample_below : float
         Share of effective particles below which they are resampled.
@@ -80,6 +81,7 @@ class ParticleFilter:
             exponential is unbiased), and "effective" (T,), the effective particles of each scan
             before resampling.
         """
+        require_scene(model, rng)
         v, A, log_det = model.whitened
         T, d, N = len(model), len(model.names), self.particles
         x = np.tile(model.prior.mean, (N, 1))
@@ -93,6 +95,10 @@ class ParticleFilter:
                 x, P, v[t], A[t], self._precisions(model, t, rng)
             )
             total = float(logsumexp(log_weights))
+            if not np.isfinite(total):
+                raise InvalidInputError(
+                    f"no particle explains scan {t}, or the prior is too wide for double precision."
+                )
             evidence, log_weights = evidence + total, log_weights - total
             share = np.exp(log_weights)
             mean[t], effective[t] = share @ x, 1.0 / np.sum(share**2)

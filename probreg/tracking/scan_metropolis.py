@@ -13,7 +13,7 @@ from probreg.noise import Gaussian, NoiseLaw
 from probreg.noise._compiled import compile_scalar
 from probreg.noise._law import require_scalar_law
 from probreg.tracking._scan_chain import run_scan
-from probreg.tracking._target import Memory, ScanPrior, ScanTarget
+from probreg.tracking._target import Memory, ScanPrior, ScanTarget, require_scene
 from probreg.tracking._track import Track
 from probreg.tracking.targets import Flat
 from probreg.trajectory import Trajectory
@@ -45,8 +45,9 @@ class ScanMetropolis:
         beta, in [0, 1].
     gamma : float
         Sharpening exponent; other than 1 the draws are not from the posterior.
-    box : float or ndarray, shape (d, 2)
-        Bounds of the bias.
+    box : float or ndarray, shape (d, 2), optional
+        Bounds of the unknowns (a number means plus and minus); by default eight prior standard
+        deviations about the prior's mean, widest over the scans.
     start : ndarray, shape (d,), optional
         First state; by default the prior's mean.
     warm_start : bool
@@ -73,7 +74,7 @@ class ScanMetropolis:
     step: FloatArray | float | None = None
     share_global: float = 0.1
     gamma: float = 1.0
-    box: FloatArray | float = 2_000.0
+    box: FloatArray | float | None = None
     start: FloatArray | None = None
     warm_start: bool = True
     estimate: Literal["mean", "last"] = "mean"
@@ -89,6 +90,11 @@ class ScanMetropolis:
             )
         if not 0.0 <= self.share_global <= 1.0:
             raise InvalidInputError(f"share_global is {self.share_global}, not in [0, 1].")
+        if not isinstance(self.target, ScanTarget):
+            raise InvalidInputError(f"target is {self.target!r}; an instance, as in Flat().")
+        step = np.asarray(1.0 if self.step is None else self.step, dtype=float)
+        if step.ndim > 1 or not (np.isfinite(step).all() and (step > 0.0).all()):
+            raise InvalidInputError(f"step is {self.step}; one number or (d,), above zero.")
         if self.estimate not in ("mean", "last"):
             raise InvalidInputError(f"estimate is {self.estimate!r}; 'mean' or 'last'.")
 
@@ -103,24 +109,20 @@ class ScanMetropolis:
         Returns
         -------
         Track
-            `draws` of every scan after burn-in; `outside` counts the scans whose draws reach
-            within a hundredth of the box from its edge: widen it.
+            `draws` of every scan after burn-in. `facts` has "acceptance" (T,) and "at_edge", the
+            number of scans whose draws reach within a hundredth of the box from its edge.
+
+        Raises
+        ------
+        InvalidInputError
+            No trajectory, a start outside the box, a target that the noise does not go with.
         """
-        if self.target.gaussian_only and not isinstance(self.noise, Gaussian):
-            raise InvalidInputError(
-                f"{type(self.target).__name__} keeps what scans say under Gaussian noise; under "
-                f"{type(self.noise).__name__} take AllScans, or GaussianMemory for a drift."
-            )
+        self._check(model, rng)
         T, d = len(model), len(model.names)
-        v, A, _ = model.whitened
-        assert model.present is not None
-        width = 1 if self.noise.componentwise else model.width
-        box = self._box(d)
-        x = (model.prior.mean if self.start is None else np.asarray(self.start)).astype(float)
-        start = finite_array("start", x, (d,))
+        box = self._box(model)
+        start = self._start(model, box)
         x = start.copy()
         kernel = compile_scalar(type(self.noise).kernel_function)
-        params = self.noise.constants
         draws = np.empty((T, self.steps, d))
         members = np.zeros(self.steps, dtype=np.int64)
         accepted, memory = np.zeros(T), Memory(None)
@@ -129,15 +131,12 @@ class ScanMetropolis:
             prior = self._prior(model, t, memory)
             if not self.warm_start:
                 x[:] = start
-            used = slice(self.target.first(t), t + 1)
-            present = model.present[used].reshape(-1, width).any(axis=1)
-            rows = v[used].reshape(-1, width)[present].ravel()
-            slopes = A[used].reshape(-1, width, d)[present].reshape(-1, d)
+            v, A, size = self._rows(model, t)
             taken = run_scan(
-                rng, rows, slopes, width, kernel, params, float(self.noise.unit),
+                rng, v, A, size, kernel, self.noise.constants, float(self.noise.unit),
                 self.target.sign, np.ascontiguousarray(prior.centres), prior.root, box,
-                self.share_global, self._steps(slopes, width, prior),
-                self.gamma, x, 0, draws[t], members,
+                self.share_global, self._steps(A, size, prior), self.gamma, x, 0, draws[t],
+                members,
             )  # fmt: skip
             accepted[t], last[t] = taken / self.steps, x
             memory = Memory(draws[t, self.burn_in :])
@@ -145,9 +144,28 @@ class ScanMetropolis:
         mean = kept.mean(axis=1) if self.estimate == "mean" else last
         margin = 0.01 * (box[:, 1] - box[:, 0])
         near = (kept < box[:, 0] + margin) | (kept > box[:, 1] - margin)
-        outside = int(near.any(axis=(1, 2)).sum())
-        facts = {"acceptance": accepted, "at_edge": outside}
+        facts = {"acceptance": accepted, "at_edge": int(near.any(axis=(1, 2)).sum())}
         return Track(model.names, mean, kept, self.gamma, facts)
+
+    def _check(self, model: Trajectory, rng: np.random.Generator) -> None:
+        require_scene(model, rng)
+        plain = isinstance(self.noise, Gaussian) and self.noise.unit == 1.0
+        if self.target.gaussian_only and not plain:
+            raise InvalidInputError(
+                f"{type(self.target).__name__} keeps what scans say under Gaussian noise of scale "
+                f"1; under {self.noise!r} take AllScans, or GaussianMemory for a drift."
+            )
+
+    def _rows(self, model: Trajectory, t: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Reported rows (n, width), slopes (n, width, d) and sizes (n,) that a scan looks at."""
+        v, A, _ = model.whitened
+        assert model.present is not None
+        width, d = 1 if self.noise.componentwise else model.width, A.shape[2]
+        used = slice(self.target.first(t), t + 1)
+        size = model.present[used].reshape(-1, width).sum(axis=1)
+        seen = size > 0.0
+        rows, slopes = v[used].reshape(-1, width)[seen], A[used].reshape(-1, width, d)[seen]
+        return rows, slopes, size[seen]
 
     def _prior(self, model: Trajectory, t: int, memory: Memory) -> ScanPrior:
         try:
@@ -159,21 +177,43 @@ class ScanMetropolis:
                 "unknowns that are constant."
             ) from None
 
-    def _box(self, d: int) -> FloatArray:
+    def _box(self, model: Trajectory) -> FloatArray:
+        """Bounds (d, 2): given, or eight prior standard deviations about the prior's own path."""
+        d = len(model.names)
+        if self.box is None:
+            mean, sd = model.prior_path()
+            return np.stack([(mean - 8.0 * sd).min(axis=0), (mean + 8.0 * sd).max(axis=0)], axis=1)
         box = np.asarray(self.box, dtype=float)
         if box.ndim == 0:
             positive_number("box", float(box))
             return np.tile([-float(box), float(box)], (d, 1))
-        if box.shape != (d, 2) or not np.all(box[:, 0] < box[:, 1]):
-            raise InvalidInputError(f"box must be a number or ({d}, 2), lower below upper.")
+        fits = box.shape == (d, 2) and np.isfinite(box).all()
+        if not fits or not np.all(box[:, 0] < box[:, 1]):
+            raise InvalidInputError(
+                f"box must be a number or ({d}, 2), all finite, lower below upper."
+            )
         return box
 
-    def _steps(self, slopes: FloatArray, width: int, prior: ScanPrior) -> FloatArray:
+    def _start(self, model: Trajectory, box: FloatArray) -> FloatArray:
+        x = model.prior.mean if self.start is None else self.start
+        start = finite_array("start", x, (len(model.names),))
+        out = np.flatnonzero((start < box[:, 0]) | (start > box[:, 1]))
+        if out.size:
+            k = int(out[0])
+            raise InvalidInputError(
+                f"the chain would start at {start[k]:g} in {model.names[k]}, outside its box of "
+                f"{box[k, 0]:g} to {box[k, 1]:g}. Widen the box, or leave it to the prior."
+            )
+        return start
+
+    def _steps(self, A: FloatArray, size: FloatArray, prior: ScanPrior) -> FloatArray:
         """Root (d, d) of the steps' covariance: given, or of one scan with what it takes over."""
-        d = slopes.shape[1]
+        d = A.shape[2]
         if self.step is not None:
             return np.diag(np.broadcast_to(np.asarray(self.step, dtype=float), (d,)))
-        precision = self.noise.information_factor(width) * slopes.T @ slopes
+        each = {m: self.noise.information_factor(int(m)) for m in np.unique(size)}
+        factor = np.array([each[m] for m in size])
+        precision = np.einsum("n,nma,nmb->ab", factor, A, A, optimize=True)
         if len(prior.centres):
             precision = precision + prior.root.T @ prior.root
         # unknowns of different units: pivots are judged on the correlation

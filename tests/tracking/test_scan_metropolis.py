@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import integrate, stats
@@ -17,6 +19,7 @@ from probreg.tracking import (
     Flat,
     GaussianMemory,
     Literal,
+    ParticleFilter,
     ParticleMemory,
     ScanMetropolis,
     _scan_chain,
@@ -169,7 +172,7 @@ def test_refitted_moments_lose_coverage_of_a_constant_bias():
 
 def test_the_printed_density_drives_the_bias_into_a_corner_and_says_so():
     model, _ = scene(scans=20)
-    found = ScanMetropolis(Literal()).track(model, rng())
+    found = ScanMetropolis(Literal(), box=2000.0).track(model, rng())
     assert (np.abs(found.mean[5:]) > 1200.0).all()
     assert any("edge of the box" in text for text in found.warnings)
 
@@ -296,3 +299,64 @@ def test_several_rows_a_scan_step_by_the_law_of_one_row():
     )  # fmt: skip
     track = ScanMetropolis(GaussianMemory(), Contaminated(0.3, 30.0)).track(model, rng())
     assert 0.15 < track.facts["acceptance"].mean() < 0.5
+
+
+def padded(law_width=2):
+    """One scan, one row of two components, the second not reported."""
+    one = np.ones((1, 2, 1))
+    prior = GaussianPrior.from_sd(np.array([2.0]))
+    empty = np.empty((0, 1, 1))
+    present = np.array([[True, False]])
+    return Trajectory(np.array([[1.5, 0.0]]), one, np.eye(2)[None], empty, empty, prior,
+                      present=present, width=law_width)  # fmt: skip
+
+
+def test_rows_reported_in_part_have_the_law_of_their_own_size():
+    # Student-t of one component; as one of two the variance would be .889. Limit 4.4, two scores
+    x = np.linspace(-40.0, 40.0, 40_001)
+    height = StudentT(3.0).log_density((1.5 - x)[:, None]) - 0.125 * x**2
+    weight = np.exp(height - height.max())
+    weight /= weight.sum()
+    mean = weight @ x
+    variance = weight @ (x - mean) ** 2
+    assert variance > 1.1
+    tracker = ScanMetropolis(GaussianMemory(), StudentT(3.0), 400_000, 1000, box=40.0)
+    draws = tracker.track(padded(), rng()).draws[0, :, 0]
+    assert np.abs(judged(draws, mean, variance)).max() < 4.4
+
+
+def test_accumulated_memory_takes_the_declared_scale_only():
+    model, _ = scene(drifting=False, scans=5)
+    with pytest.raises(InvalidInputError, match="noise of scale"):
+        ScanMetropolis(AccumulatedMemory(), Gaussian(scale=3.0)).track(model, rng())
+
+
+def test_the_default_box_follows_the_prior_in_any_unit():
+    model, _ = scene(scans=30)
+    scaled = dataclasses.replace(
+        model, H=1e6 * model.H, Q=1e-12 * model.Q,
+        prior=GaussianPrior(1e-6 * model.prior.mean, 1e-12 * model.prior.covariance),
+    )  # fmt: skip
+    metres, small = (ScanMetropolis(GaussianMemory()).track(m, rng()).mean for m in (model, scaled))
+    np.testing.assert_allclose(1e6 * small, metres, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("settings", "text"), [
+    ({"step": np.nan}, "step is"),
+    ({"step": 0.0}, "step is"),
+    ({"target": Flat}, "an instance"),
+    ({"box": np.array([[-np.inf, np.inf]] * 2)}, "all finite"),
+    ({"start": np.array([5000.0, 0.0]), "box": 2000.0}, "outside its box"),
+], ids=str)  # fmt: skip
+def test_settings_under_which_nothing_moves_are_refused(settings, text):
+    model, _ = scene(scans=2)
+    with pytest.raises(InvalidInputError, match=text):
+        ScanMetropolis(**settings).track(model, rng())
+
+
+def test_what_cannot_be_followed_is_refused():
+    for tracker in (ScanMetropolis(), ParticleFilter()):
+        with pytest.raises(InvalidInputError, match="follows a Trajectory"):
+            tracker.track(np.zeros(3), rng())
+        with pytest.raises(InvalidInputError, match="Generator"):
+            tracker.track(padded(), 3)
