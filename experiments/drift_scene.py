@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 
 from probreg import GaussianPrior
-from probreg.dynamics import NearConstantVelocity, RandomWalk, Together
+from probreg.dynamics import Constant, Dynamics, NearConstantVelocity, RandomWalk, Together
 from probreg.noise import Gaussian, NoiseLaw, StudentT
 from probreg.scenarios.uturn import UturnScene, simulate
 from probreg.target_state import Target, follow_target
@@ -34,8 +37,23 @@ def joint_model(scans: int) -> Trajectory:
     return follow_target(data, target(scene), {"sensor": (walk, prior)})
 
 
-def joint_dynamics(scans: int) -> Together:
-    """How the states of `joint_model` move, for methods that ask for dynamics."""
+def joint_dynamics(scans: int, *, drifting: bool = True) -> Together:
+    """How the states of `joint_model` move (or, not drifting, all but the bias)."""
     scene = UturnScene("pair", scans=scans)
-    walk = RandomWalk(np.full(2, scene.drift_variance_m2))
+    walk: Dynamics = Constant()
+    if drifting:
+        walk = RandomWalk(np.full(2, scene.drift_variance_m2))
     return Together(((NearConstantVelocity(target(scene).acceleration_sd), 4), (walk, 2)))
+
+
+def settings(scans: int) -> dict[str, Any]:
+    """Every number of the scene, for manifests."""
+    scene = UturnScene("pair", scans=scans)
+    known = target(scene)
+    return {
+        "scene": dataclasses.asdict(scene),
+        "bias_sd_m": BIAS_SD_M,
+        "position_sd_m": known.position_sd,
+        "velocity_sd_m_s": known.velocity_sd,
+        "acceleration_sd_m_s2": known.acceleration_sd,
+    }

@@ -51,7 +51,14 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     )
     footnote(figure, note)
     paths = save(figure, "autoferry_bias", out)
-    header = ["scenario", "posterior", "direct", "uncorrected", "own bias", "the others' bias"]
+    header = [
+        "scenario",
+        "posterior",
+        "direct",
+        "uncorrected",
+        "own bias (in sample)",
+        "the others' bias",
+    ]
     title = "Autoferry: biases, and median absolute residual after correction"
     return paths + save_table("autoferry_table", title, header, rows, note, out)
 

@@ -31,5 +31,5 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     runs = config["replicates"] * config["runs"]
     text = f"Scene of {SOURCE}, form B, constant bias, flat prior, last state of each scan, {runs} "
     text += "runs\nA chain too short to converge remembers the scans before: it falls below the "
-    footnote(figure, text + "floor, and needs minutes to leave its start")
+    footnote(figure, text + "floor, and is slow to leave its start")
     return save(figure, "mh_lowpass", out)

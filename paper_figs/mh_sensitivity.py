@@ -21,7 +21,7 @@ LABELS = {
 ROWS = {
     "square": "RMSE of the bias (m)",
     "held": "90 % intervals hold",
-    "effective": "effective draws a proposal",
+    "effective": "effective share of draws",
 }
 COLOURS = {
     "flat": MH_COLOURS["flat prior, chain mean"],

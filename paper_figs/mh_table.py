@@ -28,7 +28,10 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
                 runs = kept.mean(axis=1)
                 value = float(np.sqrt(runs.mean()))
                 error = float(runs.std() / np.sqrt(len(runs)) / (2.0 * value))
-                held = float(chosen["held"].mean())
+                inside = chosen["held"].transpose("case", "time").values
+                held = float(
+                    (inside[:, data["time"].values > SETTLED_S] if late else inside).mean()
+                )
                 shown = "-" if np.isnan(held) else f"{held:.3f}"
                 cells += [f"{value:.1f} ± {error:.1f}", shown]
             rows.append([f"  {method}{' (t > 60 s)' if late else ''}", *cells])

@@ -92,7 +92,8 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         against = register(pair, _part_of(lidar, pair), rng=rng, num_draws=config.num_draws)
         table["relative"].append(_summary(against, RELATIVE))
     posterior = np.array(table["posterior"])
-    pooled = [_pool(posterior[:, k], name, config, rng) for k, name in enumerate(names)]
+    known = _without_prior(posterior, np.array(table["direct"]), names)
+    pooled = [_pool(known[:, k], name, config, rng) for k, name in enumerate(names)]
     return xr.Dataset(
         {
             "posterior": (("scenario", "bias", "number"), posterior),
@@ -102,7 +103,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
             "pooled": (("bias", "level", "bound"), np.array([p.interval(0.9) for p in pooled])),
             "score": (
                 ("scenario", "bias", "correction"),
-                _scores(posterior, residuals, names, config, rng),
+                _scores(known, residuals, names, config, rng),
             ),
         },
         {
@@ -199,8 +200,22 @@ def _robust(
     return float(np.median(values)), float(np.std(medians))
 
 
+def _without_prior(posterior: FloatArray, direct: FloatArray, names: list[str]) -> FloatArray:
+    """Means and standard errors (scenarios, biases, 2) as pooling wants them.
+
+    The prior of the registration is divided out. Neighbouring reports are alike, so a posterior
+    is too sure; where the error by blocks of time is larger, it is taken.
+    """
+    spread = {f"{s.name}.{b}": sd for s in autoferry.sensors()
+              for b, sd in zip(s.bias_names, s.bias_sd, strict=True)}  # fmt: skip
+    prior = np.array([spread[name] for name in names])
+    variance = 1.0 / (1.0 / posterior[..., 1] ** 2 - 1.0 / prior**2)
+    mean = posterior[..., 0] * variance / posterior[..., 1] ** 2
+    return np.stack([mean, np.maximum(np.sqrt(variance), direct[..., 1])], axis=-1)
+
+
 def _pool(posterior: FloatArray, name: str, config: Config, rng: np.random.Generator) -> Pooled:
-    """Common value of a bias, from means and standard deviations (scenarios, 4)."""
+    """Common value of a bias, from means and standard errors (scenarios, 2)."""
     k = 0 if name.endswith("range") else 1
     return pool(
         posterior[:, 0],
@@ -219,7 +234,7 @@ def _scores(
     config: Config,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Median absolute residual uncorrected, with the own bias, and with the other scenarios'."""
+    """Median absolute residual uncorrected, with the own bias (in sample), and with the others'."""
     scores = np.empty((len(posterior), len(names), len(CORRECTIONS)))
     for s in range(len(posterior)):
         others = np.delete(posterior, s, axis=0)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.drift_scene import LAWS, joint_model
+from experiments.drift_scene import LAWS, joint_model, settings
 from probreg.path_posterior import PathPosterior
 from probreg.paths import GibbsPath, MetropolisPath, NutsPath, PathDraws, PathSampler, StepScale
 from probreg.samplers import Nuts
@@ -38,7 +38,9 @@ class Config:
 
     def resolved(self) -> dict[str, Any]:
         """Every number that the results depend on, for the manifest."""
-        return {**dataclasses.asdict(self), "law": repr(LAWS["Student-t"])}
+        own = {"seen": SEEN, "states": STATES, "unknown": repr(UNKNOWN)}
+        law = {"law": repr(LAWS["Student-t"])}
+        return {**dataclasses.asdict(self), **law, **own, **settings(SCANS)}
 
 
 PROFILES = {"quick": Config(replicates=2, runs=5), "paper": Config()}

@@ -14,8 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from experiments.drift_scene import LAWS, joint_dynamics, joint_model
+from experiments.drift_scene import LAWS, joint_dynamics, joint_model, settings
+from probreg.diagnostics import normal_interval
 from probreg.estimators import Recursive
+from probreg.estimators.recursive import after_each_time
 from probreg.noise import Gaussian, Huber, Hyperbolic, NoiseLaw
 from probreg.path_posterior import PathPosterior
 from probreg.paths import GibbsPath, MetropolisPath, NutsPath, PathSampler
@@ -24,11 +26,11 @@ from probreg.tracking import GaussianMemory, ParticleFilter, ScanMetropolis
 from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
-Z90 = 1.6449
 BIAS = slice(4, 6)
 ONLINE = (
     "Kalman filter",
-    "RLS, forgetting",
+    "RLS, forgetting 0.7",
+    "RLS, forgetting 0.9",
     "Huber, process noise",
     "RALAD, process noise",
     "sequential MH",
@@ -53,7 +55,8 @@ class Config:
     runs: int = 5
     seed: int = 20120306
     scans: int = 60
-    forgetting: float = 0.8
+    forgetting: tuple[float, float] = (0.7, 0.9)
+    huber: float = 1.345
     steps: int = 3000
     burn_in: int = 500
     particles: int = 500
@@ -65,7 +68,7 @@ class Config:
 
     def resolved(self) -> dict[str, Any]:
         """Every number that the results depend on, for the manifest."""
-        return {**dataclasses.asdict(self), "law": repr(LAWS[self.noise])}
+        return {**dataclasses.asdict(self), "law": repr(LAWS[self.noise]), **settings(self.scans)}
 
 
 PROFILES = {"quick": Config(replicates=2, runs=1, nuts_draws=60), "paper": Config()}
@@ -117,17 +120,22 @@ Method = Callable[[np.random.Generator], Found]
 def methods(config: Config, model: Trajectory, law: NoiseLaw) -> dict[str, Method]:
     """Every method by name: those that see the past only, then those that see all scans."""
     filtered, smoothed = model.filtered, model.smooth()
-    known, forget = joint_dynamics(config.scans), config.forgetting
-    huber = Recursive(Huber(1.345, componentwise=True), covariance_path=True, dynamics=known)
+    known, still = joint_dynamics(config.scans), joint_dynamics(config.scans, drifting=False)
+    huber = Recursive(Huber(config.huber, componentwise=True), covariance_path=True, dynamics=known)
     ralad = Recursive(Hyperbolic(), covariance_path=True, dynamics=known)
-    plain = Recursive(Gaussian(), covariance_path=True, dynamics=known, forgetting=forget)
+    # what forgets does not know that the bias drifts
+    short, long = (
+        Recursive(Gaussian(), covariance_path=True, dynamics=still, forgetting=forget)
+        for forget in config.forgetting
+    )
     box = np.array([[-4e4, 4e4]] * 2 + [[-1e3, 1e3]] * 2 + [[-2e3, 2e3]] * 2)
     tracker = ScanMetropolis(GaussianMemory(), law, config.steps, config.burn_in, box=box)
     particles = ParticleFilter(law, config.particles)
     nuts = NutsPath(Nuts(warmup=config.nuts_warmup))
     found: list[Method] = [
         lambda rng: _normal(filtered.mean, filtered.covariance),
-        lambda rng: _recursive(plain, model),
+        lambda rng: _recursive(short, model),
+        lambda rng: _recursive(long, model),
         lambda rng: _recursive(huber, model),
         lambda rng: _recursive(ralad, model),
         lambda rng: _tracked(tracker, model, rng),
@@ -141,18 +149,12 @@ def methods(config: Config, model: Trajectory, law: NoiseLaw) -> dict[str, Metho
 
 
 def _normal(mean: FloatArray, covariance: FloatArray) -> Found:
-    half = Z90 * np.sqrt(np.einsum("taa->ta", covariance))[:, BIAS]
-    own = mean[:, BIAS]
-    return Found(own, np.stack([own - half, own + half], axis=-1))
+    return Found(mean[:, BIAS], normal_interval(mean, covariance, 0.9)[:, BIAS])
 
 
 def _recursive(estimator: Recursive, model: Trajectory) -> Found:
     problem = model.rows()
-    estimate = estimator.estimate(problem, model.prior)
-    assert estimate.path is not None
-    assert problem.time is not None
-    last = np.flatnonzero(np.append(np.diff(problem.time) > 0.0, True))
-    return _normal(estimate.path[last], estimate.info["covariance_path"][last])
+    return _normal(*after_each_time(estimator.estimate(problem, model.prior), problem))
 
 
 def _tracked(

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from probreg import GaussianPrior, RegistrationProblem, ReportProblem
+from probreg.diagnostics import normal_interval
 from probreg.dynamics import Constant, RandomWalk
 from probreg.scenarios.uturn import UturnScene, simulate
 from probreg.tracking import AccumulatedMemory, Flat, GaussianMemory, ScanMetropolis
@@ -28,7 +29,6 @@ METHODS = (
     "Kalman filter",
     "RTS smoother",
 )
-Z90 = 1.6449
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
     T = config.scene("reference").scans
     shape = (config.runs, len(FORMS), len(METHODS))
     bias_square, position_square = np.empty((*shape, T)), np.empty((*shape, T))
-    held = np.full(shape, np.nan)
+    held = np.full((*shape, T), np.nan)
     examples = []
     for run in range(config.runs):
         seed = int(rng.integers(2**62))
@@ -85,7 +85,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
                 position_square[run, f, m] = ((gap + fresh) ** 2).sum(axis=1)
                 if interval is not None:
                     inside = (interval[..., 0] <= truth.bias) & (truth.bias <= interval[..., 1])
-                    held[run, f, m] = inside.mean()
+                    held[run, f, m] = inside.mean(axis=1)
             if run == 0:
                 estimates = np.array([mean for mean, _ in found])
                 examples.append((estimates, truth.bias, data.values[0]))
@@ -95,7 +95,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         {
             "bias_square": ((*dims, "time"), bias_square),
             "position_square": ((*dims, "time"), position_square),
-            "held": (dims, held),
+            "held": ((*dims, "time"), held),
             "example_estimate": (("form", "estimator", "time", "axis"), estimate),
             "example_bias": (("form", "time", "axis"), bias),
             "example_reports": (("form", "time", "axis"), reports),
@@ -155,10 +155,5 @@ def _follow(
     return [
         (np.zeros_like(filtered.mean), None),
         *((track.mean, track.interval(0.9)) for track in tracks),
-        *((mean, _interval(mean, covariance)) for mean, covariance in exact),
+        *((mean, normal_interval(mean, covariance, 0.9)) for mean, covariance in exact),
     ]
-
-
-def _interval(mean: FloatArray, covariance: FloatArray) -> FloatArray:
-    half = Z90 * np.sqrt(np.einsum("taa->ta", covariance))
-    return np.stack([mean - half, mean + half], axis=-1)

@@ -15,8 +15,10 @@ import numpy as np
 import xarray as xr
 
 from probreg import GaussianPrior, RegistrationProblem, ReportProblem
+from probreg.diagnostics import normal_interval
 from probreg.dynamics import Constant, Dynamics, RandomWalk
 from probreg.estimators import Irls, Recursive
+from probreg.estimators.recursive import after_each_time
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, NoiseLaw, StudentT
 from probreg.path_posterior import PathPosterior
 from probreg.paths import GibbsPath, NutsPath, PathSampler
@@ -26,7 +28,6 @@ from probreg.tracking import AllScans, GaussianMemory, ScanMetropolis, ScanTarge
 from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
-Z90 = 1.6449
 STUDENT = StudentT(2.0)
 CONTAMINATED = Contaminated(0.3, 30.0)
 
@@ -161,13 +162,8 @@ def methods(
 
 def _recursive(estimator: Recursive, linear: RegistrationProblem, prior: GaussianPrior) -> Found:
     estimate = estimator.estimate(linear, prior)
-    assert linear.time is not None
-    assert estimate.path is not None
-    order = estimate.info["order"]
-    last = np.flatnonzero(np.append(np.diff(linear.time[order]) > 0.0, True))
-    mean = estimate.path[last]
-    sd = np.sqrt(np.einsum("tpp->tp", estimate.info["covariance_path"][last]))
-    return Found(mean, np.stack([mean - Z90 * sd, mean + Z90 * sd], axis=-1))
+    mean, covariance = after_each_time(estimate, linear)
+    return Found(mean, normal_interval(mean, covariance, 0.9))
 
 
 def _tracked(

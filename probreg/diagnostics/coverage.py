@@ -83,10 +83,11 @@ def coverage(intervals: FloatArray, truth: FloatArray, nominal: float) -> list[C
 
 
 def normal_interval(estimate: FloatArray, covariance: FloatArray, probability: float) -> FloatArray:
-    """Interval (d, 2) that an estimate and its claimed covariance give, as if Gaussian."""
-    open_share("probability", probability)
-    half = float(ndtri(0.5 + 0.5 * probability)) * np.sqrt(np.diag(covariance))
-    return np.stack([estimate - half, estimate + half], axis=1)
+    """Intervals (..., d, 2) that estimates and claimed covariances give, as if Gaussian."""
+    share = open_share("probability", probability)
+    sd = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    half = float(ndtri(0.5 + 0.5 * share)) * sd
+    return np.stack([estimate - half, estimate + half], axis=-1)
 
 
 def binomial_limits(trials: int, probability: float, false_alarm: float) -> tuple[float, float]:

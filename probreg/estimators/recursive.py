@@ -217,6 +217,25 @@ class Recursive:
         return problem.start, np.sqrt(self.omega) * np.diag(problem.scale)
 
 
+def after_each_time(
+    estimate: Estimate, linear: RegistrationProblem
+) -> tuple[FloatArray, FloatArray]:
+    """Estimates (T, p) and covariances (T, p, p) when all rows of each time have been taken.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of `Recursive(covariance_path=True)`.
+    linear : RegistrationProblem
+        The problem it was run on, with times.
+    """
+    assert linear.time is not None
+    assert estimate.path is not None
+    time = linear.time[estimate.info["order"]]
+    last = np.flatnonzero(np.append(np.diff(time) > 0.0, True))
+    return estimate.path[last], estimate.info["covariance_path"][last]
+
+
 def innovation_covariances(
     estimate: Estimate, linear: RegistrationProblem, omega: float, rows: slice = slice(None)
 ) -> tuple[FloatArray, FloatArray]:
