@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from probreg.association import assign
-from probreg.linking._frame import Placed
+from probreg.linking._frame import SPEED_M_S, Placed
 from probreg.linking._labelled import _interpolated
 from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.typing import FloatArray, IntArray
 
-SPEED_M_S = 350.0  # of what is tracked
 _LEAST = 4  # reports of a track
 _COMMON = 4  # reports at common times that a match needs
 _MISSED = 3.0  # scans after which a track ends
