@@ -55,7 +55,7 @@ def _header(path: Path) -> list[str]:
     if not first.strip():
         raise InvalidInputError(f"{path} is empty; a line with the names of columns is needed.")
     try:
-        names = next(csv.reader([first.decode("utf-8-sig")]))
+        names = next(csv.reader(first.decode("utf-8-sig").splitlines()))
     except UnicodeDecodeError:
         raise InvalidInputError(f"{path}, line 1, is not UTF-8; save the file as UTF-8.") from None
     if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
@@ -74,7 +74,8 @@ def _explain(path: Path, columns: int, error: pa.ArrowInvalid) -> InvalidInputEr
                     f"{path}, line {number}, is not UTF-8 (the encoding changes there, or the "
                     "file is damaged); save the whole file as UTF-8."
                 )
-            cells = next(csv.reader([text]), [])
+            # a lone carriage return ends a line as well
+            cells = next(csv.reader(text.splitlines()), [])
             if cells and len(cells) != columns:
                 cut = "" if file.read(1) else ": the file is cut off"
                 return InvalidInputError(

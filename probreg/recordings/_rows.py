@@ -28,6 +28,26 @@ def factor(column: str) -> float:
     return UNITS["_" + column.rsplit("_", 1)[1]]
 
 
+def convergence(setup: Setup, sensor: Sensor, own: FloatArray) -> FloatArray:
+    """Clockwise angles (m,) from the frame's north to true north where a sensor stands.
+
+    Own positions (m, d) add to the sensor's; without an origin north is the frame's.
+    """
+    place = own[:, : sensor.dim] + getattr(sensor, "position", 0.0)
+    if setup.origin is None or not len(place):
+        return np.zeros(len(place))
+    if (place == place[0]).all():
+        return np.full(len(place), LocalFrame(*setup.origin).convergence(place[0]))
+    return LocalFrame(*setup.origin).convergence(place)
+
+
+def signed(setup: Setup, sensor: Sensor, turn: FloatArray) -> FloatArray:
+    """What the turn of north adds to an azimuth: nothing to one from the heading."""
+    if sensor.name in setup.body_frame:
+        return np.zeros_like(turn)
+    return turn if sensor.from_north else -turn  # type: ignore[attr-defined]
+
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """A table that is read batch by batch.
@@ -65,7 +85,7 @@ class Rows:
                 self.others[:] = columns.check_names(batch.schema.names, self.setup)
             if start + len(batch) > limit:
                 raise InvalidInputError(
-                    f"more than row_limit = {limit} rows, about {limit / 1e7:.1f} GB in memory. "
+                    f"more than row_limit = {limit} rows, about {limit / 4e6:.2g} GB in memory. "
                     "Cut the recording into pieces of time, or raise row_limit."
                 )
             yield self.arrays(batch, start)
@@ -123,20 +143,17 @@ class Rows:
         """Write one sensor's rows into the arrays."""
         for name in columns.needed(sensor, self.setup):
             columns.inside(cells[name][rows], name, rows, where)
-        place = np.zeros((len(rows), sensor.dim)) + getattr(sensor, "position", 0.0)
+        own: FloatArray = np.zeros((len(rows), sensor.dim))
         # a position sensor reports in the common frame whatever carries it
         if "own_position" in out and "x" not in sensor.bias_names:
             own = self._own(cells, rows, out["own_position"].shape[1], where)
             out["own_position"][rows] = own
-            place = place + own[:, : sensor.dim]
-        turn = self._convergence(place)
+        turn = convergence(self.setup, sensor, own)
         for j, name in enumerate(sensor.bias_names):
             column = columns.COMPONENTS[name]
             value = factor(column) * cells[column][rows]
             if name in COMPASS:
-                north = 1.0 if sensor.from_north else -1.0  # type: ignore[attr-defined]
-                body = sensor.name in self.setup.body_frame
-                value = wrap_angle(value if body else value + north * turn)
+                value = wrap_angle(value + signed(self.setup, sensor, turn))
             out["values"][rows, j] = value
         if "heading" in out:
             heading = cells["heading_deg"][rows]
@@ -156,11 +173,3 @@ class Rows:
             values = columns.inside(given[moving, j], name, rows[moving], where)
             own[moving, columns.OWN.index(name)] = values
         return own[:, :dim]
-
-    def _convergence(self, place: FloatArray) -> FloatArray:
-        """Clockwise angle from the frame's north to true north at each place (m, d)."""
-        if self.setup.origin is None or not len(place):
-            return np.zeros(len(place))
-        if (place == place[0]).all():
-            return np.full(len(place), LocalFrame(*self.setup.origin).convergence(place[0]))
-        return LocalFrame(*self.setup.origin).convergence(place)

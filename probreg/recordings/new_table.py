@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from probreg.errors import InvalidInputError
-from probreg.geometry import azimuth_from_north
+from probreg.geometry import azimuth_from_north, wrap_angle
 from probreg.recordings._columns import COMPONENTS, OWN
 from probreg.recordings._files import replacing
 from probreg.recordings._formats import format_of
 from probreg.recordings._recording import Recording
-from probreg.recordings._rows import COMPASS, factor
+from probreg.recordings._rows import COMPASS, convergence, factor, signed
 from probreg.recordings._setup import Setup
 
 
@@ -26,32 +25,38 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         Ends with .csv or .parquet.
     recording : Recording
     setup : Setup
-        Without an origin on the earth: azimuths of the table count from the frame's north.
+        With an origin, azimuths and headings of the table count from true north where the
+        sensor stands, as `table.read` takes them.
 
     Raises
     ------
     InvalidInputError
-        A setup with an origin, an ending not known, a folder that cannot be written.
+        An ending not known, a folder that cannot be written.
     """
     path = Path(path)
     format_of(path)
-    if setup.origin is not None:
-        raise InvalidInputError("a new table counts azimuths from the frame's north; no origin.")
+    own = recording.own_position
+    heading = None if recording.heading is None else azimuth_from_north(recording.heading)
     names = np.array([sensor.name for sensor in recording.sensors])
     columns = {"time_s": recording.time, "sensor": names[recording.sensor]}
     for k, sensor in enumerate(recording.sensors):
         rows = np.flatnonzero(recording.sensor == k)
+        here = np.zeros((len(rows), sensor.dim)) if own is None else own[rows]
+        turn = convergence(setup, sensor, here)
         for j, name in enumerate(sensor.bias_names):
             cells = columns.setdefault(COMPONENTS[name], np.full(len(recording), np.nan))
-            values = recording.values[rows, j] / factor(COMPONENTS[name])
-            north = name in COMPASS and sensor.from_north  # type: ignore[attr-defined]
-            cells[rows] = np.mod(values, 360.0) if north else values
+            values = recording.values[rows, j]
+            if name in COMPASS:
+                values = np.mod(values - signed(setup, sensor, turn), 2.0 * np.pi)
+            cells[rows] = values / factor(COMPONENTS[name])
+        if heading is not None:
+            heading[rows] = heading[rows] - turn
     if recording.labels:
         columns["target"] = np.array([*recording.labels, ""])[recording.target]
-    if recording.own_position is not None:
-        columns.update(zip(OWN, recording.own_position.T, strict=False))
-    if recording.heading is not None:
-        columns["heading_deg"] = np.rad2deg(azimuth_from_north(recording.heading))
+    if own is not None:
+        columns.update(zip(OWN, own.T, strict=False))
+    if heading is not None:
+        columns["heading_deg"] = np.rad2deg(wrap_angle(heading))
     frame = pd.DataFrame(columns)
     with replacing(path) as part:
         if path.suffix.lower() == ".csv":

@@ -31,7 +31,7 @@ from probreg.recordings._setup import Setup
 from probreg.recordings._units import refuse_kilometres, refuse_radians
 from probreg.typing import FloatArray, IntArray
 
-ROW_LIMIT = 20_000_000
+ROW_LIMIT = 10_000_000
 DAY_S = 86_400.0
 
 
@@ -61,7 +61,7 @@ def read(
 ) -> Reading:
     """Read a table of reports.
 
-    The file is streamed; what stays in memory is the recording, about 100 bytes a report.
+    The file is streamed; what it takes in memory is about 250 bytes a report.
     Rows may be in any order and are sorted by time. Times of day that fall back past midnight
     are refused: within one sensor, from below a day, by more than half a day.
 

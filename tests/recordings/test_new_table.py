@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from probreg.errors import InvalidInputError
 from probreg.geometry import wrap_angle
 from probreg.recordings import Recording, Setup, new_table, table
+from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D
 
 
+@pytest.mark.parametrize("origin", [None, (60.0, 8.0, 0.0)])
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
-def test_every_column_goes_out_and_comes_in(tmp_path, kind):
+def test_every_column_goes_out_and_comes_in(tmp_path, kind, origin):
     rng = np.random.default_rng(0)
     sensors = (
-        Radar2D((10.0, 0.0), 5.0, 0.01, "radar", from_north=True),
+        Radar2D((90e3, 1e4), 5.0, 0.01, "radar", from_north=True),
         BearingSensor(0.01, "camera"),
         PositionSensor(((1.0, 0.0), (0.0, 1.0)), "gnss"),
     )
@@ -28,7 +30,7 @@ def test_every_column_goes_out_and_comes_in(tmp_path, kind):
     target = rng.integers(-1, 2, 90)
     time = np.sort(rng.uniform(0, 9, 90))
     recording = Recording(sensors, sensor, time, values, target, ("p", "q"), own, heading)
-    setup = Setup(sensors, {}, body_frame=frozenset({"camera"}))
+    setup = Setup(sensors, {}, body_frame=frozenset({"camera"}), origin=origin)
     new_table.create(tmp_path / f"r.{kind}", recording, setup)
     again = table.read(tmp_path / f"r.{kind}", setup).recording
     np.testing.assert_array_equal(again.sensor, sensor)
@@ -42,6 +44,15 @@ def test_every_column_goes_out_and_comes_in(tmp_path, kind):
     labels = np.array(["p", "q", ""])
     found = np.array([*again.labels, ""])
     np.testing.assert_array_equal(found[again.target], labels[target])
-    earth = Setup(sensors, {}, origin=(50.0, 8.0, 0.0))
-    with pytest.raises(InvalidInputError, match="no origin"):
-        new_table.create(tmp_path / f"r2.{kind}", recording, earth)
+
+
+def test_with_an_origin_the_cells_count_from_true_north_at_the_radar(tmp_path):
+    sensors = (Radar2D((90e3, 1e4), 5.0, 0.01, "a", from_north=True),)
+    time, target = np.zeros(1), np.array([-1])
+    recording = Recording(sensors, np.zeros(1, int), time, np.array([[5e4, 0.5]]), target)
+    setup = Setup(sensors, {}, origin=(60.0, 8.0, 0.0))
+    new_table.create(tmp_path / "r.csv", recording, setup)
+    cell = pd.read_csv(tmp_path / "r.csv")["azimuth_deg"][0]
+    turn = np.rad2deg(LocalFrame(60.0, 8.0, 0.0).convergence(np.array([90e3, 1e4])))
+    np.testing.assert_allclose(cell, np.rad2deg(0.5) - turn, atol=1e-10)
+    assert abs(turn) > 1.0

@@ -1,0 +1,156 @@
+"""What is taken from ASTERIX messages: plots, positions and stations, in the units of the items."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from probreg.errors import InvalidInputError
+
+EDITIONS = {21: "2_7", 34: "1_29", 48: "1_32", 62: "1_20"}
+HEADER_BYTES = 3
+FOOT_M = 0.3048
+FLIGHT_LEVEL_M = 100.0 * FOOT_M
+
+
+@dataclass(frozen=True)
+class Message:
+    """One record of a category that is used.
+
+    Attributes
+    ----------
+    category : int
+    source : tuple of int
+        System area and identification code.
+    time_s : float or None
+        Of day.
+    values : tuple of float or None
+        Slant range (NM) and azimuth (degrees) of a plot; latitude and longitude (degrees) of a
+        position or a station. None where the record gives none.
+    height_m : float or None
+    address : int or None
+        Of the aircraft.
+    """
+
+    category: int
+    source: tuple[int, int]
+    time_s: float | None
+    values: tuple[float, float] | None
+    height_m: float | None = None
+    address: int | None = None
+
+
+def _number(record: Any, item: str, part: str | None = None) -> float | None:
+    """Quantity of an item, or of a part of it, in the unit of the item; None if not there."""
+    found = record.get_item(item)
+    if found is None:
+        return None
+    variation = found.variation
+    if part is not None:
+        variation = variation.get_item(part).variation
+    return float(variation.content.as_quantity())
+
+
+def _pair(record: Any, item: str, first: str, second: str) -> tuple[float, float] | None:
+    one, two = _number(record, item, first), _number(record, item, second)
+    return None if one is None or two is None else (one, two)
+
+
+def _first(*found: Any) -> Any:
+    return next((one for one in found if one is not None), None)
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else factor * value
+
+
+def _source(record: Any) -> tuple[int, int]:
+    item = record.get_item("010")
+    if item is None:
+        raise ValueError("item 010 (source) is missing")
+    return divmod(item.as_uint(), 256)
+
+
+def _address(item: Any) -> int | None:
+    return None if item is None else item.as_uint()
+
+
+def _plot(record: Any) -> Message:
+    height = _scaled(_number(record, "090", "FL"), FLIGHT_LEVEL_M)
+    address = _address(record.get_item("220"))
+    polar = _pair(record, "040", "RHO", "THETA")
+    return Message(48, _source(record), _number(record, "140"), polar, height, address)
+
+
+def _station(record: Any) -> Message:
+    place = _pair(record, "120", "LAT", "LON")
+    height = _number(record, "120", "HGT")
+    return Message(34, _source(record), _number(record, "030"), place, height)
+
+
+def _adsb(record: Any) -> Message:
+    place = _first(_pair(record, "131", "LAT", "LON"), _pair(record, "130", "LAT", "LON"))
+    time = _first(_number(record, "071"), _number(record, "073"))
+    height = _first(
+        _scaled(_number(record, "140"), FOOT_M), _scaled(_number(record, "145"), FLIGHT_LEVEL_M)
+    )
+    return Message(21, _source(record), time, place, height, _address(record.get_item("080")))
+
+
+def _track(record: Any) -> Message:
+    place = _pair(record, "105", "LAT", "LON")
+    derived = record.get_item("380")
+    address = None if derived is None else _address(derived.variation.get_item("ADR"))
+    height = _scaled(_number(record, "136"), FLIGHT_LEVEL_M)
+    return Message(62, _source(record), _number(record, "070"), place, height, address)
+
+
+TAKE: dict[int, Callable[[Any], Message]] = {21: _adsb, 34: _station, 48: _plot, 62: _track}
+
+
+def messages(path: Path) -> Iterator[Message]:
+    """Decode a file of data blocks one after another; other categories are passed over.
+
+    Raises
+    ------
+    InvalidInputError
+        No decoder, no such file, blocks that are cut off or do not decode, with the byte.
+    """
+    try:
+        import asterix.generated as generated
+        from asterix.base import Bits
+    except ImportError:
+        raise InvalidInputError(
+            "ASTERIX needs the package libasterix: pip install 'probreg[asterix]'."
+        ) from None
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InvalidInputError(f"{path} cannot be read: {error.strerror}.") from None
+    if not content:
+        raise InvalidInputError(f"{path} is empty.")
+    specs = {c: getattr(generated, f"Cat_{c:03d}_{edition}") for c, edition in EDITIONS.items()}
+    start = 0
+    while start < len(content):
+        category, length = content[start], int.from_bytes(content[start + 1 : start + 3], "big")
+        end = start + length
+        if length < HEADER_BYTES or end > len(content):
+            raise InvalidInputError(
+                f"{path}, byte {start}: a block of category {category} says {length} bytes, "
+                f"{len(content) - start} are left. The file is cut off, or no plain sequence of "
+                "ASTERIX blocks (captures of a network must be unpacked first)."
+            )
+        if category in TAKE:
+            records = specs[category].cv_uap.parse(Bits.from_bytes(content[start + 3 : end]))
+            try:
+                if isinstance(records, ValueError):
+                    raise records
+                yield from (TAKE[category](record) for record in records)
+            except ValueError as error:
+                raise InvalidInputError(
+                    f"{path}, byte {start}: block of category {category} does not decode as "
+                    f"edition {EDITIONS[category].replace('_', '.')} ({error})."
+                ) from None
+        start = end

@@ -1,0 +1,272 @@
+"""ASTERIX: simulated plots through bytes and back, and bytes put together by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from probreg.errors import InvalidInputError
+from probreg.geometry import wrap_angle
+from probreg.recordings import Setup, asterix, new_table, table
+from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors import PositionSensor, Radar2D, Radar3D
+
+pytest.importorskip("asterix.base")
+
+ORIGIN = (50.0, 8.0, 100.0)
+PLACES = {"west": (49.9, 7.4, 310.0), "east": (50.2, 8.9, 150.0)}
+SOURCES = {(25, 1): "west", (25, 2): "east", (25, 9): "adsb"}
+REFERENCE = PositionSensor(((100.0, 0.0), (0.0, 100.0)), "adsb")
+NM, FOOT = 1852.0, 0.3048
+
+
+def whole(value, octets):
+    return round(value).to_bytes(octets, "big", signed=value < 0)
+
+
+def block(category, *records):
+    body = b"".join(records)
+    return bytes([category]) + (len(body) + 3).to_bytes(2, "big") + body
+
+
+def plot(source, time, slant_nm, azimuth_deg, level, address, track=7):
+    """I048/010, 140, 040, 070, 090, 220, 161: the first and second octet of presence bits."""
+    parts = [
+        b"\xdd\x90" if level is not None else b"\xd9\x90",
+        bytes(source),
+        whole(time % 86400 * 128, 3),
+        whole(slant_nm * 256, 2) + whole(azimuth_deg % 360 * 65536 / 360 % 65536, 2),
+        b"\x0f\xff",
+        b"" if level is None else whole(level * 4, 2),
+        address.to_bytes(3, "big"),
+        whole(track, 2),
+    ]
+    return b"".join(parts)
+
+
+def station(source, time, place):
+    """I034/010, 000, 030, 120."""
+    lat, lon, height = place
+    angles = (whole(angle * 2**23 / 180, 3) for angle in (lat, lon))
+    return (
+        b"\xe1\x10"
+        + bytes(source)
+        + b"\x01"
+        + whole(time * 128, 3)
+        + whole(height, 2)
+        + b"".join(angles)
+    )
+
+
+def adsb(source, time, place, address):
+    """I021/010, 040, 131, 080, 073, 145."""
+    lat, lon, height = place
+    angles = b"".join(whole(angle * 2**30 / 180, 4) for angle in (lat, lon))
+    level = whole(height / FOOT / 100 * 4, 2)
+    body = bytes(source) + b"\x00" + angles + address.to_bytes(3, "big")
+    return b"\xc3\x19\x02" + body + whole(time % 86400 * 128, 3) + level
+
+
+def system_track(source, time, place, address):
+    """I062/010, 070, 105, 380 with the address only, 136."""
+    lat, lon, height = place
+    angles = b"".join(whole(angle * 2**25 / 180, 4) for angle in (lat, lon))
+    level = whole(height / FOOT / 100 * 4, 2)
+    head = b"\x99\x11\x20" + bytes(source) + whole(time % 86400 * 128, 3) + angles
+    return head + b"\x80" + address.to_bytes(3, "big") + level
+
+
+def setup(*names):
+    frame = LocalFrame(*ORIGIN)
+    radars = {
+        name: Radar2D(
+            tuple(frame.from_geodetic(np.array(place))[:2].tolist()),
+            70.0,
+            np.deg2rad(0.1),
+            name,
+            from_north=True,
+        )
+        for name, place in PLACES.items()
+    }
+    sensors = tuple((radars | {"adsb": REFERENCE})[name] for name in names)
+    return Setup(sensors, dict.fromkeys(names, ()), origin=ORIGIN)
+
+
+def scene(n=120, start=86_350.0):
+    """Aircraft on straight lines over midnight: their places, and each source's view of them."""
+    rng = np.random.default_rng(6)
+    frame = LocalFrame(*ORIGIN)
+    time = start + np.arange(n)
+    number = np.arange(n) % 4
+    speed = rng.uniform(-200, 200, (4, 2))
+    begin = np.column_stack([rng.uniform(-60e3, 60e3, (4, 2)), rng.uniform(3e3, 10e3, 4)])
+    height = np.round(begin[number, 2] / FOOT / 25) * 25 * FOOT
+    xy = begin[number, :2] + speed[number] * (time - start)[:, None]
+    places = frame.to_geodetic(np.column_stack([xy, height]))
+    places[:, 2] = height
+    return time, number + 0x3C0000, places, frame.from_geodetic(places)[:, :2]
+
+
+def write(path, reference=adsb, **changes):
+    time, address, places, xy = scene()
+    blocks = [block(34, station(s, 10.0, PLACES[n])) for s, n in SOURCES.items() if n in PLACES]
+    who = np.arange(len(time)) // 4 % 3
+    for k, source in enumerate(SOURCES):
+        name = SOURCES[source]
+        for row in np.flatnonzero(who == k):
+            if name == "adsb":
+                record = reference(source, time[row], places[row], int(address[row]))
+                blocks.append(block(62 if reference is system_track else 21, record))
+                continue
+            local = LocalFrame(*PLACES[name]).from_geodetic(places[row])
+            slant, azimuth = np.linalg.norm(local) / NM, np.rad2deg(np.arctan2(*local[:2]))
+            level = places[row, 2] / FOOT / 100
+            record = plot(source, time[row], slant, azimuth, level, int(address[row]))
+            blocks.append(block(48, record))
+    path.write_bytes(b"".join(blocks))
+    return time, address, xy, who
+
+
+@pytest.mark.parametrize("reference", [adsb, system_track])
+def test_simulated_plots_come_back_at_their_places(tmp_path, reference):
+    time, address, xy, who = write(tmp_path / "r.ast", reference)
+    said = setup("west", "east", "adsb")
+    recording, notes = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    assert notes == ()
+    np.testing.assert_allclose(recording.time, time, atol=1 / 256)
+    np.testing.assert_array_equal(recording.sensor, who)
+    labels = [recording.labels[k] for k in recording.target]
+    assert labels == [f"{number:06x}" for number in address]
+    for k, sensor in enumerate(said.sensors):
+        rows = recording.sensor == k
+        values = recording.values[rows]
+        at = values if k == 2 else sensor.to_cartesian(values, unbiased=False)
+        # 1/256 NM and 0.0055 degrees of a plot, 2^-25 half turns of a track: as the items have it
+        reach = np.linalg.norm(xy[rows] - getattr(sensor, "position", 0.0), axis=1)
+        last = 0.7 + (0.0 if k == 2 else NM / 512 * 1.2) + (0.0 if k == 2 else 5e-5) * reach
+        assert (np.linalg.norm(at - xy[rows], axis=1) < last).all()
+
+
+def test_a_recording_of_plots_is_kept_as_a_table(tmp_path):
+    write(tmp_path / "r.ast")
+    said = setup("west", "east", "adsb")
+    recording, _ = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    new_table.create(tmp_path / "r.parquet", recording, said)
+    again = table.read(tmp_path / "r.parquet", said).recording
+    difference = again.values - recording.values
+    difference[recording.sensor < 2, 1] = wrap_angle(difference[recording.sensor < 2, 1])
+    assert np.abs(difference).max() < 1e-9
+    np.testing.assert_array_equal(again.time, recording.time)
+
+
+def test_flat_geometry_would_be_wrong_by_more_than_the_biases_looked_for(tmp_path):
+    """The control of the test above: slant range and true north taken for those of the plane."""
+    write(tmp_path / "r.ast")
+    said = setup("west", "east", "adsb")
+    recording, _ = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    rows = recording.sensor == 1
+    flat = np.array(
+        [
+            [m.values[0] * NM, np.deg2rad(m.values[1])]
+            for m in asterix.messages(tmp_path / "r.ast")
+            if m.category == 48 and m.source == (25, 2)
+        ]
+    )
+    difference = recording.values[rows] - flat
+    assert np.abs(difference[:, 0]).max() > 50.0
+    assert np.abs(np.rad2deg(wrap_angle(difference[:, 1]))).min() > 0.5
+
+
+def test_a_survey_tells_who_sends_what_from_where(tmp_path):
+    write(tmp_path / "r.ast")
+    found = asterix.survey(tmp_path / "r.ast")
+    assert set(found) == set(SOURCES)
+    assert found[25, 1].counts == {34: 1, 48: 40}
+    assert found[25, 9].counts == {21: 40}
+    assert found[25, 9].place is None
+    np.testing.assert_allclose(found[25, 1].place, PLACES["west"], atol=2e-5)
+
+
+def test_records_written_by_the_library_are_read_as_those_by_hand(tmp_path):
+    from asterix import generated
+
+    record = generated.Cat_048_1_32.cv_record.create(
+        {
+            "010": (("SAC", 25), ("SIC", 1)),
+            "140": (50_000.5, "s"),
+            "040": (("RHO", (41.25, "NM")), ("THETA", (123.75, "°"))),
+            "070": (0, 0, 0, 0, ("MODE3A", "7777")),
+            "090": (0, 0, ("FL", (330.0, "FL"))),
+            "220": 0x3C1234,
+            "161": (0, 7),
+        }
+    )
+    library = generated.Cat_048_1_32.create([record]).unparse().to_bytes()
+    assert library == block(48, plot((25, 1), 50_000.5, 41.25, 123.75, 330.0, 0x3C1234))
+
+
+def test_what_is_left_out_is_said(tmp_path):
+    path = tmp_path / "r.ast"
+    write(path)
+    extra = [
+        block(48, plot((25, 1), 86_360.0, 30.0, 10.0, None, 1)),
+        block(48, plot((25, 1), 86_360.0, 0.5, 10.0, 300.0, 1)),
+        block(48, plot((7, 7), 86_360.0, 0.5, 10.0, 300.0, 1)),
+        block(1, b"\x00\x00"),
+    ]
+    path.write_bytes(path.read_bytes() + b"".join(extra))
+    recording, notes = asterix.read(path, setup("west", "east", "adsb"), SOURCES)
+    assert len(recording) == 120
+    for words in (
+        "source (7, 7) is not used",
+        "1 of west lack place, time or height",
+        "1 of west have a range below",
+    ):
+        assert any(words in note for note in notes), notes
+    bare = path.read_bytes()[2 * len(block(34, station((25, 1), 0.0, PLACES["west"]))) :]
+    assert bare[0] == 48
+    path.write_bytes(bare[: -sum(map(len, extra))])
+    _, notes = asterix.read(path, setup("west", "east", "adsb"), SOURCES, {"west": 310.0})
+    assert notes == ("the height of east is not given and taken as 0 m",)
+
+
+def test_a_radar_far_from_where_its_messages_have_it_is_said(tmp_path):
+    write(tmp_path / "r.ast")
+    said = setup("west", "east", "adsb")
+    wrong = Radar2D((0.0, 0.0), 70.0, 1e-3, "west", from_north=True)
+    moved = Setup((wrong, *said.sensors[1:]), {}, origin=ORIGIN)
+    _, notes = asterix.read(tmp_path / "r.ast", moved, SOURCES)
+    assert any("west is 44" in note and "m from where" in note for note in notes)
+
+
+def test_bytes_that_are_cut_off_or_damaged(tmp_path):
+    path = tmp_path / "r.ast"
+    write(path)
+    said = setup("west", "east", "adsb")
+    content = path.read_bytes()
+    path.write_bytes(content[:-4])
+    with pytest.raises(InvalidInputError, match="byte .* cut off"):
+        asterix.read(path, said, SOURCES)
+    path.write_bytes(content + block(48, b"\xff\xff\xff\xfe\x01"))
+    with pytest.raises(InvalidInputError, match=f"byte {len(content)}: .* edition 1.32"):
+        asterix.read(path, said, SOURCES)
+    path.write_bytes(b"")
+    with pytest.raises(InvalidInputError, match="is empty"):
+        asterix.survey(path)
+    with pytest.raises(InvalidInputError, match="cannot be read"):
+        asterix.survey(tmp_path / "none.ast")
+
+
+def test_sensors_and_sources_that_do_not_fit(tmp_path):
+    path = tmp_path / "r.ast"
+    write(path)
+    said = setup("west", "east", "adsb")
+    with pytest.raises(InvalidInputError, match="'adsb'"):
+        asterix.read(path, said, {(25, 1): "west", (25, 2): "east"})
+    with pytest.raises(InvalidInputError, match="no usable message of sensor 'east'"):
+        asterix.read(path, said, {(25, 1): "west", (25, 8): "east", (25, 9): "adsb"})
+    with pytest.raises(InvalidInputError, match="origin"):
+        asterix.read(path, Setup(said.sensors, {}), SOURCES)
+    solid = Radar3D((0.0, 0.0, 0.0), 50.0, 1e-3, 1e-3, "west", from_north=True)
+    with pytest.raises(InvalidInputError, match="'west' must be a 2-D radar"):
+        asterix.read(path, Setup((solid, *said.sensors[1:]), {}, origin=ORIGIN), SOURCES)
