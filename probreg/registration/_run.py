@@ -173,7 +173,7 @@ def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Dra
         draws = Importance(oversample=1.0).sample(posterior, a_chain, _CHAINS, rng)
         if draws.facts["pareto_k"] <= PARETO_K or rows > MANY_ROWS:
             return draws
-    sampler = Gibbs() if posterior.noise.scale_mixture else MetropolisHastings()
+    sampler = Gibbs(walks=8) if posterior.noise.scale_mixture else MetropolisHastings()
     return sampler.sample(posterior, a_chain, _CHAINS, rng)
 
 
