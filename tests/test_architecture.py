@@ -42,6 +42,9 @@ ROOMS = [
     {"diagnostics"},
     {"registration"},
     {"report"},
+    {"_terminal"},
+    {"cli"},
+    {"__main__"},
 ]
 LEVEL = {name: level for level, names in enumerate(ROOMS) for name in names}
 

@@ -7,7 +7,7 @@ import dataclasses
 import numba
 import numpy as np
 
-from probreg.linking._frame import place
+from probreg.linking._frame import SPEED_M_S, place
 from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.typing import BoolArray, FloatArray, IntArray
 
@@ -20,7 +20,8 @@ def doubt_identities(recording: Recording, setup: Setup, theta: FloatArray) -> R
 
     A report keeps its identity if three of the straight lines through pairs of its neighbours
     of that identity pass it within the gate, widened by six standard deviations of its own
-    noise. Neighbours that are wrong themselves may thus be many: their lines go elsewhere.
+    noise, and if it could have flown to half of them. Neighbours that are wrong themselves may
+    thus be many: their lines go elsewhere.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def doubt_identities(recording: Recording, setup: Setup, theta: FloatArray) -> R
 def _support(
     target: IntArray, time: FloatArray, where: FloatArray, gate: FloatArray, window: float
 ) -> BoolArray:
-    """Whether enough lines through its neighbours pass each report, or there are too few."""
+    """Whether enough lines through its neighbours, if there are any, pass each report."""
     n, d = where.shape
     believed = np.ones(n, dtype=np.bool_)
     near = np.empty(2 * _BESIDE, dtype=np.int64)
@@ -62,6 +63,13 @@ def _support(
                     break
                 near[found] = j
                 found, taken, j = found + 1, taken + 1, j + step
+        reached = 0
+        for x in range(found):
+            square = 0.0
+            for c in range(d):
+                square += (where[i, c] - where[near[x], c]) ** 2
+            reach = gate[i] + SPEED_M_S * abs(time[i] - time[near[x]])
+            reached += square <= reach * reach
         made, passed = 0, 0
         for x in range(found):
             for y in range(x + 1, found):
@@ -76,5 +84,5 @@ def _support(
                     line = where[a, c] + share * (where[b, c] - where[a, c])
                     square += (where[i, c] - line) ** 2
                 passed += square <= gate[i] ** 2
-        believed[i] = passed >= min(_LEAST, made)
+        believed[i] = passed >= min(_LEAST, made) and 2 * reached >= found
     return believed

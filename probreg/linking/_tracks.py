@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from probreg.association import assign
-from probreg.linking._frame import Placed
+from probreg.linking._frame import SPEED_M_S, Placed
 from probreg.linking._labelled import _interpolated
 from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.typing import FloatArray, IntArray
 
-SPEED_M_S = 350.0  # of what is tracked
 _LEAST = 4  # reports of a track
 _COMMON = 4  # reports at common times that a match needs
 _MISSED = 3.0  # scans after which a track ends
@@ -130,17 +129,19 @@ def _apart(
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Pairs of tracks of two sensors, their median gap (vectors), and how far is too far."""
     pairs, gaps, limits = [], [], []
+    gate = np.array([np.median(placed.gate[own]) for own in reports])
     for j, own in enumerate(reports):
         late = np.minimum(span[:, 1], span[j, 1]) - np.maximum(span[:, 0], span[j, 0]) > 0.0
         for i in np.flatnonzero(late & (sensor < sensor[j])):
-            other = reports[int(i)]
+            other, limit = reports[int(i)], float(np.hypot(gate[i], gate[j]))
+            if not _meet(placed, own, other, limit):
+                continue
             at, inside = _interpolated(
                 placed.time[other], placed.where[other], placed.time[own], setup.window_s
             )
             if inside.sum() < _COMMON:
                 continue
             gap = np.median((placed.where[own] - at)[inside], axis=0)
-            limit = float(np.hypot(np.median(placed.gate[own]), np.median(placed.gate[other])))
             if np.linalg.norm(gap) < 2.0 * limit:
                 pairs.append((i, j))
                 gaps.append(gap)
@@ -151,6 +152,17 @@ def _apart(
         np.array(gaps, dtype=float).reshape(-1, dim),
         np.array(limits, dtype=float),
     )
+
+
+def _meet(placed: Placed, one: IntArray, other: IntArray, limit: float) -> bool:
+    """Whether two tracks may be near each other in the middle of their common time."""
+    first, second = placed.time[one], placed.time[other]
+    middle = 0.5 * (max(first[0], second[0]) + min(first[-1], second[-1]))
+    a = one[min(int(np.searchsorted(first, middle)), len(one) - 1)]
+    b = other[min(int(np.searchsorted(second, middle)), len(other) - 1)]
+    reach = 4.0 * limit + SPEED_M_S * abs(placed.time[a] - placed.time[b])
+    gap = placed.where[a] - placed.where[b]
+    return bool(gap @ gap < reach * reach)
 
 
 def _provisional(

@@ -20,6 +20,7 @@ from probreg.multisensor._observing import (
     turns,
 )
 from probreg.multisensor._rows import RowPlan, dimension, plan_rows
+from probreg.multisensor._velocity import steady
 from probreg.observability import Observability
 from probreg.problem import RegistrationProblem, bias_scale
 from probreg.recordings import Recording, Setup
@@ -28,6 +29,7 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
 _CHUNK = 20_000  # rows worked on at once
+_REACH = 2.0  # windows, to the rows whose velocity is asked too
 _PASSES = 2  # of the path: the second takes weights where the first went
 
 
@@ -168,9 +170,10 @@ class RecordingProblem:
         n, M, p = len(self.plan), int(self.size.max()), len(self.names)
         y, B, R = np.zeros((n, M)), np.zeros((n, M, p)), np.zeros((n, M, M))
         R[:] = np.eye(M)
+        velocity = self._velocities(theta) if self.model.clocks else None
         for a in range(0, n, _CHUNK):
             b = min(a + _CHUNK, n)
-            self._fill(a, b, theta, y[a:b], B[a:b], R[a:b])
+            self._fill(a, b, theta, velocity, y[a:b], B[a:b], R[a:b])
         y += B @ theta
         return RegistrationProblem(y, B, R, self.time, self.names, self.units, self.size)
 
@@ -180,17 +183,37 @@ class RecordingProblem:
 
     # -- details -----------------------------------------------------------------------
 
+    @property
+    def _psd(self) -> float:
+        return float(self.setup.acceleration_m_s2**2)
+
     def _fill(
-        self, a: int, b: int, theta: FloatArray, y: FloatArray, B: FloatArray, R: FloatArray
+        self,
+        a: int,
+        b: int,
+        theta: FloatArray,
+        velocity: FloatArray | None,
+        y: FloatArray,
+        B: FloatArray,
+        R: FloatArray,
     ) -> None:
         """Rows a to b of the linear problem."""
-        chunk, psd = self._chunk(a, b, theta), self.setup.acceleration_m_s2**2
+        chunk = self._chunk(a, b, theta)
+        where, speed, seen = self._fit(a, chunk)
+        if velocity is not None:
+            speed = np.repeat(velocity[a:b], np.diff(chunk.start), axis=0)
+        S, columns = self._sensitivity(chunk, seen, where, speed)
+        rows = (chunk.start, chunk.moving, chunk.dt, chunk.equations)
+        eliminate(*rows, seen.e, seen.G, seen.C, S, columns, self._psd, y, B, R)
+
+    def _fit(self, a: int, chunk: _Chunk) -> tuple[FloatArray, FloatArray, Seen]:
+        """Position and velocity by report on the fitted lines, and the equations there."""
         rows = (chunk.start, chunk.moving, chunk.dt)
         seen = self._observe(chunk, None)
         placing = np.where(self._places[chunk.sensor], chunk.equations, 0)
         for k in range(self._passes):
             count = chunk.equations if k else placing
-            where, velocity = fit_paths(*rows, count, seen.e, seen.G, seen.C, psd)
+            where, speed = fit_paths(*rows, count, seen.e, seen.G, seen.C, self._psd)
             bad = np.flatnonzero(~np.isfinite(where).all(axis=1))
             if bad.size:
                 names = [s.name for s in self.recording.sensors]
@@ -200,8 +223,23 @@ class RecordingProblem:
                     "and radians?"
                 )
             seen = self._observe(chunk, where)
-        S, columns = self._sensitivity(chunk, seen, where, velocity)
-        eliminate(*rows, chunk.equations, seen.e, seen.G, seen.C, S, columns, psd, y, B, R)
+        return where, speed, seen
+
+    def _velocities(self, theta: FloatArray) -> FloatArray:
+        """Velocity of every row (n, d), from its neighbours too."""
+        n = len(self.plan)
+        velocity, weight = np.zeros((n, self.dim)), np.zeros(n)
+        for a in range(0, n, _CHUNK):
+            b = min(a + _CHUNK, n)
+            chunk = self._chunk(a, b, theta)
+            _, speed, _ = self._fit(a, chunk)
+            velocity[a:b] = speed[chunk.start[:-1]]
+            weight[a:b] = np.add.reduceat(chunk.dt**2, chunk.start[:-1])
+        order = np.lexsort((self.time, self.plan.target))
+        target = np.ascontiguousarray(self.plan.target[order], dtype=np.int64)
+        reach = _REACH * self.setup.window_s
+        velocity[order] = steady(target, self.time[order], velocity[order], weight[order], reach)
+        return velocity
 
     def _chunk(self, a: int, b: int, theta: FloatArray) -> _Chunk:
         start = self.plan.start[a : b + 1]

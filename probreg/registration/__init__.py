@@ -1,14 +1,16 @@
 """From a recording to biases with honest uncertainty."""
 
+from probreg.registration._further import further_terms
 from probreg.registration._held_out import HeldOut
 from probreg.registration._laws import LAWS, LawChoice
 from probreg.registration._observed import Determined
 from probreg.registration._registration import Registration, Verdict
-from probreg.registration._run import register
+from probreg.registration._run import STEPS, register
 from probreg.registration._terms import RankedTerms, compare_terms
 
 __all__ = [
     "LAWS",
+    "STEPS",
     "Determined",
     "HeldOut",
     "LawChoice",
@@ -16,5 +18,6 @@ __all__ = [
     "Registration",
     "Verdict",
     "compare_terms",
+    "further_terms",
     "register",
 ]

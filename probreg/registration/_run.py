@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -33,12 +33,24 @@ CHAIN_ROWS = 2_000  # up to which chains are cheap; beyond, importance sampling,
 MANY_ROWS = 20_000  # beyond which chains take too long
 _ROUNDS = 2  # of association with the biases known better and better
 _CHAINS = 4
+STEPS = (
+    "associate",
+    "rows",
+    "provisional fit",
+    "laws",
+    "mode",
+    "draws",
+    "held out",
+    "observability",
+    "verdicts",
+)
 
 
 class _Clock:
-    """Seconds of each step."""
+    """Seconds of each step; says which are over."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_step: Callable[[str], object]) -> None:
+        self._on_step = on_step
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
@@ -46,6 +58,7 @@ class _Clock:
         now = time.perf_counter()
         self.seconds[step] = self.seconds.get(step, 0.0) + now - self._last
         self._last = now
+        self._on_step(step)
 
 
 def register(
@@ -56,6 +69,7 @@ def register(
     laws: Sequence[LawChoice] = LAWS,
     num_draws: int = 2_000,
     holdout: float = 0.2,
+    on_step: Callable[[str], object] = str,
 ) -> Registration:
     """Estimate the biases of a recording's sensors, with their uncertainty.
 
@@ -73,6 +87,8 @@ def register(
         Posterior draws.
     holdout : float
         Share of the targets on which a fit to the others is scored; the posterior uses all.
+    on_step : callable
+        Called with the name of each step (one of `STEPS`) when it is over.
 
     Returns
     -------
@@ -85,7 +101,7 @@ def register(
     """
     if not 0.0 < holdout < 1.0 or num_draws < 100:
         raise InvalidInputError(f"holdout {holdout} must be in (0, 1), num_draws 100 or more.")
-    clock, notes = _Clock(), []
+    clock, notes = _Clock(on_step), []
     given = recording
     if (recording.target < 0).any():
         recording = associate(given, setup)
@@ -173,7 +189,7 @@ def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Dra
         draws = Importance(oversample=1.0).sample(posterior, a_chain, _CHAINS, rng)
         if draws.facts["pareto_k"] <= PARETO_K or rows > MANY_ROWS:
             return draws
-    sampler = Gibbs() if posterior.noise.scale_mixture else MetropolisHastings()
+    sampler = Gibbs(walks=8) if posterior.noise.scale_mixture else MetropolisHastings()
     return sampler.sample(posterior, a_chain, _CHAINS, rng)
 
 

@@ -248,3 +248,37 @@ def test_what_only_the_reference_tells_is_spelt():
     assert found.hidden == ["a.azimuth + b.azimuth"]
     assert sorted(found.weak) == ["a.azimuth + b.azimuth", "a.range + b.range"]
     assert (found.share < 0.9).all()
+
+
+def test_a_row_of_short_span_borrows_its_velocity_from_its_neighbours():
+    # its own velocity is noise, and would pass for information on the clock
+    theta = OFFSETS | {"b.time": 0.4}
+    made = fly(sensors_2d(), theta, targets=30, scans=20, seed=2)
+    problem = RecordingProblem(made.recording, made.setup)
+    truth = vector(made, problem.names)
+    found = problem._velocities(truth)
+    away = np.linalg.norm(found - made.paths[1][problem.plan.target], axis=1)
+    assert np.median(away) < 20.0
+    assert np.quantile(away, 0.95) < 60.0
+
+
+@pytest.mark.parametrize("steadied", [True, False])
+def test_coverage_of_a_clock_offset(steadied, monkeypatch):
+    # 60 recordings: z^2 of the clock alone is chi-square of 60; false alarm 1e-3. The control:
+    # with every short row's own velocity the claimed accuracy is too good
+    from scipy import stats
+
+    if not steadied:
+        monkeypatch.setattr(
+            "probreg.multisensor.recording_problem.steady", lambda t, x, velocity, w, r: velocity
+        )
+    theta = OFFSETS | {"b.time": 0.4}
+    total = 0.0
+    for seed in range(60):
+        made = fly(sensors_2d(), theta, seed=seed, targets=10, scans=10, periods=(0.5, 0.6, 0.7))
+        problem = RecordingProblem(made.recording, made.setup)
+        got = LeastSquares().estimate(problem)
+        k = problem.names.index("b.time")
+        total += (got.theta[k] - 0.4) ** 2 / got.covariance[k, k]
+    low, high = stats.chi2.ppf([5e-4, 1 - 5e-4], 60)
+    assert (low < total < high) == steadied

@@ -1,0 +1,142 @@
+"""Residuals of single reports: what a sensor says less what the other sensors say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.geometry import wrap_angle
+from probreg.multisensor import corrected_values, gives_position, turned, turns
+from probreg.multisensor._observing import true_reports
+from probreg.recordings import Recording, Setup
+from probreg.sensors import Sensor
+from probreg.typing import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """Reports against straight lines between neighbouring reports of the other sensors.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Corrected.
+    where : ndarray, shape (n, d)
+        Corrected reports in the common frame, metres; NaN for bearings.
+    values : ndarray, shape (n, q)
+        Corrected reports.
+    residual : ndarray, shape (n, q)
+        In the sensor's components and SI units; NaN where no other sensor reported the target
+        just before and just after.
+    """
+
+    time: FloatArray
+    where: FloatArray
+    values: FloatArray
+    residual: FloatArray
+
+
+def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> Residuals:
+    """Residuals after correction by theta (p,), in the order of the recording."""
+    values, time = corrected_values(recording, setup, theta)
+    turn = turns(recording, setup, np.arange(len(recording)))
+    shape = (len(recording), recording.sensors[0].dim)
+    where = np.full(shape, np.nan)
+    own = np.zeros(shape) if recording.own_position is None else recording.own_position
+    for k, sensor in enumerate(recording.sensors):
+        rows, q = np.flatnonzero(recording.sensor == k), len(sensor.bias_names)
+        if gives_position(sensor):
+            where[rows] = sensor.to_cartesian(turned(sensor, values[rows, :q], turn[rows]))
+    where += own
+    residual = np.full(values.shape, np.nan)
+    for k, sensor in enumerate(recording.sensors):
+        found, expected = _interpolated(recording, time, where, k, setup.window_s)
+        said = turned(sensor, true_reports(sensor, expected, own[found]), -turn[found])
+        q = len(sensor.bias_names)
+        residual[found, :q] = _difference(sensor, values[found, :q], said)
+    return Residuals(time, where, values, residual)
+
+
+def _difference(sensor: Sensor, reports: FloatArray, expected: FloatArray) -> FloatArray:
+    """Reports (n, q) less what is expected, angles within half a turn."""
+    left = reports - expected
+    angles = np.array(sensor.bias_units) == "rad"
+    left[:, angles] = wrap_angle(left[:, angles])
+    return left
+
+
+def _interpolated(
+    recording: Recording, time: FloatArray, where: FloatArray, k: int, window_s: float
+) -> tuple[IntArray, FloatArray]:
+    """Reports of sensor k between two of the others, and the line between those at its time."""
+    known = recording.target >= 0
+    mine = np.flatnonzero(known & (recording.sensor == k))
+    others = np.flatnonzero(known & (recording.sensor != k) & np.isfinite(where[:, 0]))
+    if not mine.size or len(others) < 2:
+        return mine[:0], where[:0]
+    others = others[np.lexsort((time[others], recording.target[others]))]
+    # one number that orders by target, then time
+    zero, span = time.min(), np.ptp(time) + 1.0
+    key = recording.target * span + (time - zero)
+    after = np.clip(np.searchsorted(key[others], key[mine], side="right"), 1, len(others) - 1)
+    left, right = others[after - 1], others[after]
+    gap = time[right] - time[left]
+    fine = (recording.target[left] == recording.target[mine]) & (
+        recording.target[right] == recording.target[mine]
+    )
+    fine &= (gap <= window_s) & (time[left] <= time[mine]) & (time[right] >= time[mine])
+    mine, left, right, gap = mine[fine], left[fine], right[fine], gap[fine]
+    share = np.divide(time[mine] - time[left], gap, out=np.zeros(len(gap)), where=gap > 0.0)
+    return mine, where[left] + share[:, None] * (where[right] - where[left])
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median and robust standard deviation of residuals, SI units."""
+
+    median: float
+    sd: float
+
+
+def spread(residual: FloatArray) -> Spread:
+    """Median, and 1.4826 times the median distance from it."""
+    if not residual.size:
+        return Spread(np.nan, np.nan)
+    middle = float(np.median(residual))
+    return Spread(middle, 1.4826 * float(np.median(np.abs(residual - middle))))
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """Residuals of one component of one sensor before and after, of the same reports.
+
+    Attributes
+    ----------
+    sensor, name, unit : str
+        Unit inside: "m" or "rad".
+    rows : ndarray of int, shape (k,)
+        Reports of the recording.
+    before, after : ndarray, shape (k,)
+    """
+
+    sensor: str
+    name: str
+    unit: str
+    rows: IntArray
+    before: FloatArray
+    after: FloatArray
+
+
+def components(recording: Recording, before: Residuals, after: Residuals) -> list[Component]:
+    """Every component of every sensor that has residuals both before and after."""
+    found = []
+    for k, sensor in enumerate(recording.sensors):
+        names = zip(sensor.bias_names, sensor.bias_units, strict=True)
+        for j, (name, unit) in enumerate(names):
+            both: BoolArray = np.isfinite(before.residual[:, j]) & np.isfinite(after.residual[:, j])
+            rows = np.flatnonzero(both & (recording.sensor == k))
+            if rows.size:
+                first, second = before.residual[rows, j], after.residual[rows, j]
+                found.append(Component(sensor.name, name, unit, rows, first, second))
+    return found
