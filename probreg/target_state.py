@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
+from probreg._state_space import in_order
 from probreg.dynamics import Dynamics, NearConstantVelocity, Together
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.prior import GaussianPrior
 from probreg.reports import AssociatedReports
 from probreg.sensors import PositionSensor
-from probreg.trajectory import Trajectory, in_order
+from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_number
 

@@ -4,80 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from probreg import _kalman
 from probreg._linalg import inverse_roots
+from probreg._state_space import (
+    Backward,
+    Filtered,
+    Smoothed,
+    in_order,
+    reported,
+    scale_matrices,
+    steps,
+)
 from probreg.dynamics import Dynamics, semidefinite
 from probreg.errors import InvalidInputError
 from probreg.noise import NoiseLaw
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
-from probreg.typing import BoolArray, FloatArray
-from probreg.validation import finite_array, positive_definite
-
-
-class Filtered(NamedTuple):
-    """What a Kalman filter knows before and after each scan.
-
-    Attributes
-    ----------
-    predicted, mean : ndarray, shape (T, d)
-    predicted_covariance, covariance : ndarray, shape (T, d, d)
-    log_likelihood : float
-        Log marginal likelihood of all rows.
-    """
-
-    predicted: FloatArray
-    predicted_covariance: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
-    log_likelihood: float
-
-
-class Smoothed(NamedTuple):
-    """What all scans together say about each.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (T, d)
-    covariance : ndarray, shape (T, d, d)
-    cross : ndarray, shape (T - 1, d, d)
-        Covariance of scan t with scan t + 1.
-    """
-
-    mean: FloatArray
-    covariance: FloatArray
-    cross: FloatArray
-
-
-class Backward(NamedTuple):
-    """A Gaussian posterior of a path as an affine map of standard normal numbers.
-
-    Attributes
-    ----------
-    mean : ndarray, shape (T, d)
-    gains : ndarray, shape (T - 1, d, d)
-    roots : ndarray, shape (T, d, d)
-    """
-
-    mean: FloatArray
-    gains: FloatArray
-    roots: FloatArray
-
-    def paths(self, z: FloatArray) -> FloatArray:
-        """Paths (k, T, d) of standard normal numbers (k, T, d)."""
-        delta = np.empty_like(z)
-        _kalman.spread(self.gains, self.roots, z, delta)
-        return self.mean + delta
-
-    def pull_back(self, slope: FloatArray) -> FloatArray:
-        """Derivatives by z (k, T, d) from derivatives by paths (k, T, d)."""
-        out = np.empty_like(slope)
-        _kalman.gather(self.gains, self.roots, np.ascontiguousarray(slope), out)
-        return out
+from probreg.typing import FloatArray
+from probreg.validation import finite_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +78,7 @@ class Trajectory:
             raise InvalidInputError(
                 f"y has shape {np.shape(self.y)}; (scans, components) is needed."
             )
-        present = _present(self.present, T, m)
+        present = reported(self.present, T, m)
         # what was not reported does not count, whatever stands there
         y = finite_array("y", np.where(present, self.y, 0.0), (T, m))
         if np.shape(self.H)[:2] != (T, m) or np.ndim(self.H) != 3:
@@ -140,11 +87,11 @@ class Trajectory:
             )
         H = finite_array("H", np.where(present[..., None], self.H, 0.0), (T, m, None))
         d = H.shape[2]
-        R = _scale_matrices(self.R, present)
+        R = scale_matrices(self.R, present)
         width = self.width or (R.shape[2] if R.ndim == 4 else m)
         if width < 1 or m % width:
             raise InvalidInputError(f"{m} components a scan are no whole rows of {width}.")
-        F, Q = (_steps(name, value, T, d) for name, value in (("F", self.F), ("Q", self.Q)))
+        F, Q = (steps(name, value, T, d) for name, value in (("F", self.F), ("Q", self.Q)))
         for k in range(T - 1):
             if k == 0 or (Q[k] != Q[k - 1]).any():
                 semidefinite(f"Q[{k}]", Q[k])
@@ -356,60 +303,3 @@ class Trajectory:
         """Simulation smoother: independent paths (num_draws, T, d) given all scans."""
         back = self.backward(self.filter() if filtered is None else filtered)
         return back.paths(rng.standard_normal((num_draws, *back.mean.shape)))
-
-
-def _steps(name: str, value: FloatArray, T: int, d: int) -> FloatArray:
-    """Steps (T - 1, d, d), from one for all or one each."""
-    try:
-        full = np.broadcast_to(value, (T - 1, d, d))
-    except ValueError:
-        raise InvalidInputError(
-            f"{name} has shape {np.shape(value)}; ({T - 1}, {d}, {d}) or ({d}, {d}) is needed."
-        ) from None
-    return finite_array(name, full, (T - 1, d, d))
-
-
-def _present(given: FloatArray | None, T: int, m: int) -> BoolArray:
-    present = np.ones((T, m), dtype=bool) if given is None else np.asarray(given)
-    if present.shape != (T, m):
-        raise InvalidInputError(f"present has shape {present.shape}; ({T}, {m}) is needed.")
-    if not np.isin(present, (0, 1)).all():
-        raise InvalidInputError("present must say true or false (1 or 0) of every component.")
-    return present.astype(bool)
-
-
-def _scale_matrices(given: FloatArray, present: BoolArray) -> FloatArray:
-    """R of the components present; the others uncorrelated, of unit variance."""
-    T, m = present.shape
-    R = np.asarray(given, dtype=float)
-    k = R.shape[1] if R.ndim == 4 else 1
-    width = m // k if k else 0
-    if R.shape not in ((T, m, m), (T, k, width, width)) or k * width != m:
-        raise InvalidInputError(
-            f"R has shape {R.shape}; ({T}, {m}, {m}), or blocks ({T}, rows, width, width) with "
-            f"{m} components in all, is needed."
-        )
-    own = present.reshape(T, k, width) if R.ndim == 4 else present
-    both = own[..., :, None] & own[..., None, :]
-    R = np.where(both, R, 0.0) + np.eye(width) * ~own[..., None]
-    R = finite_array("R", R, R.shape)
-    positive_definite("R", R.reshape(-1, width, width))
-    return R
-
-
-def in_order(given: FloatArray, T: int) -> FloatArray:
-    """Times (T,) that do not go back.
-
-    Raises
-    ------
-    InvalidInputError
-        They do, or are not finite.
-    """
-    time = finite_array("time", given, (T,))
-    late = np.flatnonzero(np.diff(time) < 0.0)
-    if late.size:
-        raise InvalidInputError(
-            f"time goes back after scan {late[0]} ({time[late[0]]:g} to "
-            f"{time[late[0] + 1]:g} s); sort the scans first."
-        )
-    return time

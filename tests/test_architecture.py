@@ -28,7 +28,7 @@ ROOMS = [
     {"prior"},
     {"contrast", "bearings", "multisensor"},
     {"linking"},
-    {"dynamics", "_kalman"},
+    {"dynamics", "_kalman", "_state_space"},
     {"trajectory"},
     {"target_state"},
     {"reweighting"},
