@@ -38,6 +38,7 @@ from probreg.recordings._kinds import (
     by_term,
     check_names,
     flag,
+    height_of,
     place,
     refuse_unknown,
     terms_of,
@@ -107,9 +108,14 @@ def parse(content: Mapping[str, Any]) -> Setup:
         for key in ("prior_sd", "limits")
     )
     body = frozenset(table["name"] for table in tables if flag(table, "body_frame", False))
-    numbers = {key: positive_number(key, content[key]) for key in NUMBERS if key in content}
+    numbers: dict[str, Any] = {
+        key: positive_number(key, content[key]) for key in NUMBERS if key in content
+    }
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg, frame.height_m)
-    return Setup(sensors, biases, prior_sd, body, limits=limits, origin=origin, **numbers)
+    heights = {table["name"]: height_of(table, frame) for table in tables}
+    heights_m = {name: height for name, height in heights.items() if height is not None}
+    known = (sensors, biases, prior_sd, body)
+    return Setup(*known, limits=limits, origin=origin, heights_m=heights_m, **numbers)
 
 
 def _frame(content: Mapping[str, Any], tables: list[dict[str, Any]]) -> LocalFrame | None:
