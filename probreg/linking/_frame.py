@@ -18,7 +18,6 @@ from probreg.recordings import Recording, Setup
 from probreg.sensors import BearingSensor
 from probreg.typing import FloatArray, IntArray
 
-SPEED_M_S = 350.0  # of what is tracked
 _NOISE_SIGMAS, _BIAS_SIGMAS = 6.0, 2.0
 
 

@@ -5,6 +5,7 @@
     acceleration_m_s2 = 1.0
     window_s = 10.0
     gate_m = 1000.0
+    max_speed_m_s = 350.0
     origin = {latitude_deg = 50.0, longitude_deg = 8.5, height_m = 100.0}
 
     [[sensor]]
@@ -49,8 +50,8 @@ from probreg.recordings._setup import Setup
 from probreg.recordings.local_frame import LocalFrame
 from probreg.validation import positive_number
 
-TOP = ("acceleration_m_s2", "window_s", "gate_m", "origin", "sensor")
-NUMBERS = ("acceleration_m_s2", "window_s", "gate_m")
+NUMBERS = ("acceleration_m_s2", "window_s", "gate_m", "max_speed_m_s")
+TOP = (*NUMBERS, "origin", "sensor")
 
 
 def read(path: str | Path) -> Setup:

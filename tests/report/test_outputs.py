@@ -45,6 +45,16 @@ def test_the_command_says_what_it_found(done):
     assert str(done.result / "report.html") in done.out
 
 
+def test_the_reports_used_are_told_by_sensor(done):
+    used = json.loads((done.result / "manifest.json").read_text())["checks"]["reports_used"]
+    reports = pd.read_csv(done.demo / "reports.csv")["sensor"].value_counts()
+    assert set(used) == set(reports.index)
+    page = (done.result / "report.html").read_text()
+    for name, count in used.items():
+        assert 0 < count <= reports[name]
+        assert f"{name} {reports[name]:,}, used {count:,}" in page
+
+
 def test_biases_cover_the_truth(done):
     truth = json.loads((done.demo / "truth.json").read_text())["bias"]
     content = json.loads((done.result / "biases.json").read_text())["biases"]
