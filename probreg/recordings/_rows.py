@@ -55,7 +55,7 @@ class Rows:
 
     def where(self, row: int) -> str:
         """Name a row, counted from 0, for an error."""
-        return format_of(self.path).row_name(self.path, row)
+        return format_of(self.path).row_names(self.path)(row)
 
     def read(self, limit: int) -> dict[str, Any]:
         """Read every batch and put the arrays together, in the order of the file."""

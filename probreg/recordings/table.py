@@ -34,7 +34,7 @@ from probreg.recordings._heights import bring_down, places, slanted
 from probreg.recordings._recording import Recording
 from probreg.recordings._rows import Rows, factor
 from probreg.recordings._setup import Setup
-from probreg.recordings._units import refuse_kilometres, refuse_radians
+from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
 from probreg.sensors import Sensor
 from probreg.typing import FloatArray, IntArray
 
@@ -86,7 +86,8 @@ def read(
     row_limit : int
         Longer files are refused.
     trust_units : bool
-        Whether to leave out the checks for radians and kilometres by the look of the numbers.
+        Whether to leave out the checks for radians, kilometres and milliseconds by the look of
+        the numbers.
 
     Returns
     -------
@@ -121,6 +122,8 @@ def _read(rows: Rows, row_limit: int, trust_units: bool) -> Reading:
         labels=tuple(rows.labels),
         **{name: array[order] for name, array in arrays.items()},
     )
+    if not trust_units:
+        refuse_milliseconds(recording, rows.setup.window_s)
     checks.check(recording, rows.setup.window_s, lambda report: rows.where(int(order[report])))
     if not trust_units:
         refuse_kilometres(recording)
