@@ -49,7 +49,9 @@ Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 TrustUnits = Annotated[
     bool,
-    typer.Option("--trust-units", help="Do not refuse what looks like radians or kilometres."),
+    typer.Option(
+        "--trust-units", help="Do not refuse what looks like radians, kilometres or milliseconds."
+    ),
 ]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Write into a folder that holds other files.")

@@ -11,6 +11,7 @@ from probreg.multisensor import (
     bias_model,
     corrected_values,
     counter_clockwise,
+    places,
     turned,
     turns,
 )
@@ -18,7 +19,6 @@ from probreg.recordings import Recording, Setup
 from probreg.sensors import BearingSensor
 from probreg.typing import FloatArray, IntArray
 
-SPEED_M_S = 350.0  # of what is tracked
 _NOISE_SIGMAS, _BIAS_SIGMAS = 6.0, 2.0
 
 
@@ -72,7 +72,7 @@ def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Place
     own = recording.own_position
     placed = Placed(
         time,
-        np.full((n, dim), np.nan),
+        places(recording, values, turn),
         np.full(n, setup.gate_m),
         np.full(n, np.nan),
         np.zeros(n),
@@ -90,8 +90,7 @@ def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Place
             square += sum((_BIAS_SIGMAS * c[:, 0]) ** 2 for c in columns)
             placed.spread[rows] = np.sqrt(square)
             continue
-        local = sensor.to_cartesian(reports)
-        placed.where[rows] = local + placed.own[rows]
+        local = placed.where[rows] - placed.own[rows]
         square = _NOISE_SIGMAS**2 * np.einsum("ndd->n", sensor.covariance(local))
         slope = sensor.sensitivity(local)
         for column in columns:

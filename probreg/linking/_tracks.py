@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from probreg.association import assign
-from probreg.linking._frame import SPEED_M_S, Placed
+from probreg.linking._frame import Placed
 from probreg.linking._labelled import _interpolated
 from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.typing import FloatArray, IntArray
@@ -39,7 +39,7 @@ def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) ->
     """
     n = len(time)
     track = np.full(n, UNKNOWN)
-    scan = _scan(time, where)
+    scan = _scan(time, where, setup.max_speed_m_s)
     last, velocity = np.zeros((0, where.shape[1])), np.zeros((0, where.shape[1]))
     seen, count = np.zeros(0), np.zeros(0, dtype=np.int64)
     number = np.zeros(0, dtype=np.int64)
@@ -55,9 +55,9 @@ def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) ->
         ahead = last[None] + velocity[None] * step[..., None]
         away = np.linalg.norm(where[a:b, None] - ahead, axis=2)
         # a track of one report may go anywhere; prediction errors grow with time
-        reach = np.where(count == 1, SPEED_M_S, setup.acceleration_m_s2 * np.sqrt(scan)) * np.abs(
-            step
-        )
+        reach = np.where(
+            count == 1, setup.max_speed_m_s, setup.acceleration_m_s2 * np.sqrt(scan)
+        ) * np.abs(step)
         limit = np.minimum(gate[a:b, None], setup.gate_m) + reach
         pairs = assign((away / limit) ** 2, 1.0) if len(seen) else np.zeros((0, 2), dtype=int)
         i, j = pairs[:, 0], pairs[:, 1]
@@ -85,13 +85,13 @@ def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) ->
     return _renumbered(track)
 
 
-def _scan(time: FloatArray, where: FloatArray) -> float:
+def _scan(time: FloatArray, where: FloatArray, speed: float) -> float:
     """Usual time until a sensor reports a target again, from reports that could be it."""
     gaps = []
     for i in np.unique(np.linspace(0, len(time) - 2, 300).astype(int)):
         step = time[i + 1 : i + 2_000] - time[i]
         away = np.linalg.norm(where[i + 1 : i + 2_000] - where[i], axis=1)
-        reach = np.flatnonzero((away < SPEED_M_S * step + 300.0) & (step > 0.0))
+        reach = np.flatnonzero((away < speed * step + 300.0) & (step > 0.0))
         if reach.size:
             gaps.append(step[reach[0]])
     return float(np.median(gaps)) if gaps else float(max(time[-1] - time[0], 1.0))
@@ -134,7 +134,7 @@ def _apart(
         late = np.minimum(span[:, 1], span[j, 1]) - np.maximum(span[:, 0], span[j, 0]) > 0.0
         for i in np.flatnonzero(late & (sensor < sensor[j])):
             other, limit = reports[int(i)], float(np.hypot(gate[i], gate[j]))
-            if not _meet(placed, own, other, limit):
+            if not _meet(placed, own, other, limit, setup.max_speed_m_s):
                 continue
             at, inside = _interpolated(
                 placed.time[other], placed.where[other], placed.time[own], setup.window_s
@@ -154,13 +154,13 @@ def _apart(
     )
 
 
-def _meet(placed: Placed, one: IntArray, other: IntArray, limit: float) -> bool:
+def _meet(placed: Placed, one: IntArray, other: IntArray, limit: float, speed: float) -> bool:
     """Whether two tracks may be near each other in the middle of their common time."""
     first, second = placed.time[one], placed.time[other]
     middle = 0.5 * (max(first[0], second[0]) + min(first[-1], second[-1]))
     a = one[min(int(np.searchsorted(first, middle)), len(one) - 1)]
     b = other[min(int(np.searchsorted(second, middle)), len(other) - 1)]
-    reach = 4.0 * limit + SPEED_M_S * abs(placed.time[a] - placed.time[b])
+    reach = 4.0 * limit + speed * abs(placed.time[a] - placed.time[b])
     gap = placed.where[a] - placed.where[b]
     return bool(gap @ gap < reach * reach)
 

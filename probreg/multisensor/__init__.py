@@ -2,7 +2,7 @@
 
 from probreg.multisensor._bias import bias_model
 from probreg.multisensor._correct import correct, corrected_values, restore
-from probreg.multisensor._observing import counter_clockwise, gives_position, turned, turns
+from probreg.multisensor._observing import counter_clockwise, gives_position, places, turned, turns
 from probreg.multisensor._rows import RowPlan, plan_rows
 from probreg.multisensor.recording_problem import RecordingProblem
 
@@ -14,6 +14,7 @@ __all__ = [
     "corrected_values",
     "counter_clockwise",
     "gives_position",
+    "places",
     "plan_rows",
     "restore",
     "turned",

@@ -32,6 +32,20 @@ def gives_position(sensor: Sensor | BearingSensor) -> bool:
     return not isinstance(sensor, BearingSensor)
 
 
+def places(recording: Recording, values: FloatArray, turn: FloatArray) -> FloatArray:
+    """Where values (n, q), corrected or not, put the targets (n, d); NaN for bearings.
+
+    `turn` is that of `turns` for every report.
+    """
+    where = np.full((len(recording), recording.sensors[0].dim), np.nan)
+    for k, sensor in enumerate(recording.sensors):
+        if gives_position(sensor):
+            rows = np.flatnonzero(recording.sensor == k)
+            reports = turned(sensor, values[rows, : len(sensor.bias_names)], turn[rows])
+            where[rows] = sensor.to_cartesian(reports)
+    return where if recording.own_position is None else where + recording.own_position
+
+
 def observe(sensor: Sensor, reports: FloatArray, own: FloatArray, at: FloatArray | None) -> Seen:
     """Equations of reports (n, q) from own positions (n, d), about targets at (n, d).
 

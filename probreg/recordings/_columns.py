@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 import pandas as pd
@@ -26,6 +26,7 @@ COMPONENTS = {
     "y": "north_m",
     "z": "up_m",
 }
+GEODETIC = ("latitude_deg", "longitude_deg", "height_m")
 OWN = ("own_east_m", "own_north_m", "own_up_m")
 TIMES = ("time_s", "time")
 KNOWN = ("sensor", "target", "heading_deg", *TIMES, *OWN, *dict.fromkeys(COMPONENTS.values()))
@@ -35,6 +36,9 @@ LIMITS = {
     "azimuth_deg": (-360.0, 360.0),
     "elevation_deg": (-90.0, 90.0),
     "heading_deg": (-360.0, 360.0),
+    "latitude_deg": (-90.0, 90.0),
+    "longitude_deg": (-360.0, 360.0),
+    "height_m": (-FARTHEST_M, FARTHEST_M),
     **dict.fromkeys(("east_m", "north_m", "up_m", *OWN), (-FARTHEST_M, FARTHEST_M)),
 }
 # a known quantity without its unit, or in another one
@@ -48,11 +52,23 @@ NUMBER = re.compile(
 Where = Callable[[int], str]
 
 
-def needed(sensor: Sensor, setup: Setup) -> tuple[str, ...]:
+def is_geodetic(sensor: Sensor, names: Collection[str]) -> bool:
+    """Tell whether a position sensor reports in latitude, longitude and height."""
+    return "x" in sensor.bias_names and "east_m" not in names and GEODETIC[0] in names
+
+
+def needed(sensor: Sensor, setup: Setup, names: Collection[str]) -> tuple[str, ...]:
     """Columns of a sensor's reports, and of its place and heading where they need them."""
+    if is_geodetic(sensor, names):
+        return GEODETIC
     own = OWN[:2] if "bearing" in sensor.bias_names else ()
     heading = ("heading_deg",) if sensor.name in setup.body_frame else ()
     return (*(COMPONENTS[name] for name in sensor.bias_names), *own, *heading)
+
+
+def is_slant(sensor: Sensor) -> bool:
+    """Tell whether a sensor's ranges may be slant ranges that heights of targets bring down."""
+    return sensor.dim == 2 and "range" in sensor.bias_names
 
 
 def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
@@ -66,7 +82,12 @@ def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
     repeated = [name for k, name in enumerate(names) if name in names[:k]]
     if repeated:
         raise InvalidInputError(f"column {repeated[0]!r} is there twice; rename or remove one.")
-    others = [name for name in names if name not in KNOWN]
+    used = {
+        name
+        for sensor in setup.sensors
+        for name in (*needed(sensor, setup, names), *("height_m",) * is_slant(sensor))
+    }
+    others = [name for name in names if name not in KNOWN and name not in used]
     for name in others:
         meant = _meant(name)
         if meant and meant not in names:
@@ -79,11 +100,17 @@ def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
     if "sensor" not in names:
         raise InvalidInputError("column 'sensor' is missing: the name of each report's sensor.")
     for sensor in setup.sensors:
-        missing = [name for name in needed(sensor, setup) if name not in names]
+        missing = [name for name in needed(sensor, setup, names) if name not in names]
         if missing:
+            also = f", or in {', '.join(GEODETIC)}" if missing[0] == "east_m" else ""
             raise InvalidInputError(
                 f"column {missing[0]!r} is missing; sensor {sensor.name!r} reports in "
-                f"{', '.join(needed(sensor, setup))}."
+                f"{', '.join(needed(sensor, setup, names))}{also}."
+            )
+        if setup.origin is None and is_geodetic(sensor, names):
+            raise InvalidInputError(
+                f"sensor {sensor.name!r} reports in latitude and longitude, and the setup has no "
+                "place on the earth; give it an origin."
             )
     return tuple(others)
 

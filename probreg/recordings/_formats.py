@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
@@ -17,6 +18,7 @@ from probreg.errors import InvalidInputError
 BLOCK_BYTES = 16 << 20
 BATCH_ROWS = 200_000
 BOM = b"\xef\xbb\xbf"
+RowName = Callable[[int], str]
 Change = Callable[[pa.RecordBatch, int], pa.RecordBatch]  # of a batch and its first row
 
 
@@ -30,15 +32,15 @@ class Format:
         From a path to its record batches.
     rewrite : callable
         From a path, the file to imitate and a change of batches, to the written file.
-    row_name : callable
-        From a path and the number of a row, from 0, to what an editor shows it as.
+    row_names : callable
+        From a path to what names its rows: from a number, from 0, to what an editor shows.
     remarks : callable
         From a path to what is odd about the file but no error.
     """
 
     batches: Callable[[Path], Iterator[pa.RecordBatch]]
     rewrite: Callable[[Path, Path, Change], None]
-    row_name: Callable[[Path, int], str]
+    row_names: Callable[[Path], RowName]
     remarks: Callable[[Path], tuple[str, ...]]
 
 
@@ -113,15 +115,15 @@ def _csv_rewrite(path: Path, like: Path, change: Change) -> None:
             writer.writerows(zip(*columns, strict=True))
 
 
-def _csv_row_name(path: Path, row: int) -> str:
-    """Lines are counted only when an error needs one; blank ones hold no row."""
-    seen = -2
+def _csv_row_names(path: Path) -> RowName:
+    """Lines are counted only when one must be named; blank ones hold no row."""
     with path.open("rb") as file:
-        for number, line in enumerate(file, start=1):
-            seen += bool(line.strip())
-            if seen == row:
-                return f"line {number}"
-    return f"row {row + 1}"
+        lines = np.array([n for n, line in enumerate(file, start=1) if line.strip()][1:])
+    return lambda row: f"line {lines[row]}" if row < len(lines) else f"row {row + 1}"
+
+
+def _parquet_row_names(path: Path) -> RowName:
+    return lambda row: f"row {row + 1}"
 
 
 def _csv_remarks(path: Path) -> tuple[str, ...]:
@@ -162,10 +164,8 @@ def _parquet_rewrite(path: Path, like: Path, change: Change) -> None:
 
 
 FORMATS = {
-    ".csv": Format(_csv_batches, _csv_rewrite, _csv_row_name, _csv_remarks),
-    ".parquet": Format(
-        _parquet_batches, _parquet_rewrite, lambda _, row: f"row {row + 1}", lambda _: ()
-    ),
+    ".csv": Format(_csv_batches, _csv_rewrite, _csv_row_names, _csv_remarks),
+    ".parquet": Format(_parquet_batches, _parquet_rewrite, _parquet_row_names, lambda _: ()),
 }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings._setup import Setup
+from probreg.recordings._slant import raised
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D, Sensor
 from probreg.validation import finite_array, positive_number
@@ -110,6 +111,18 @@ def _position(table: Mapping[str, Any], frame: LocalFrame | None, count: int) ->
     return tuple(local[:count].tolist())
 
 
+def height_of(table: Mapping[str, Any], frame: LocalFrame | None) -> float | None:
+    """Height of a two-dimensional radar, which its sensor does not keep; None if not given."""
+    if KINDS[table["kind"]].coordinates != 2:
+        return None
+    if "position_m" not in table:
+        return place(table, f"sensor {table['name']!r}")[2]
+    position = np.asarray(table["position_m"], dtype=float)
+    if len(position) < 3:
+        return None
+    return float(position[2] if frame is None else frame.to_geodetic(position)[2])
+
+
 def _number(table: Mapping[str, Any], key: str) -> float:
     """Take one number of the file, in SI units by the ending of its key."""
     owner = f"{key} of sensor {table['name']!r}"
@@ -184,6 +197,15 @@ def _ending(term: str, sensor: Sensor) -> str:
     return TERM_UNITS[unit] if unit else OTHER_TERM_UNITS.get(word, "")
 
 
+def _up(setup: Setup, sensor: Sensor) -> tuple[float, ...]:
+    """Third coordinate of a two-dimensional radar whose height is known."""
+    height = setup.heights_m.get(sensor.name)
+    if height is None or setup.origin is None:
+        return () if height is None else (height,)
+    frame, plane = LocalFrame(*setup.origin), np.asarray(sensor.position)  # type: ignore[attr-defined]
+    return (float(frame.from_geodetic(raised(frame, plane, np.array(height)))[2]),)
+
+
 def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
     """Turn a sensor back into what the file says of it."""
     kind_name = next(name for name, kind in KINDS.items() if type(sensor) is kind.make)
@@ -199,7 +221,7 @@ def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
         else:
             table[key] = value / UNITS["_" + key.rsplit("_", 1)[1]]
     if kind.coordinates:
-        table["position_m"] = list(sensor.position)  # type: ignore[attr-defined]
+        table["position_m"] = [*sensor.position, *_up(setup, sensor)]  # type: ignore[attr-defined]
     if kind.angles:
         table["from_north"] = sensor.from_north  # type: ignore[attr-defined]
         table["body_frame"] = sensor.name in setup.body_frame

@@ -14,9 +14,9 @@ from probreg.errors import InvalidInputError
 from probreg.geometry import azimuth_from_north, wrap_angle
 from probreg.recordings import _columns as columns
 from probreg.recordings._formats import format_of
+from probreg.recordings._heights import convergence, positions, signed
 from probreg.recordings._kinds import UNITS
 from probreg.recordings._setup import Setup
-from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import Sensor
 from probreg.typing import FloatArray, IntArray
 
@@ -26,26 +26,6 @@ COMPASS = ("azimuth", "bearing")  # components that count from a north
 def factor(column: str) -> float:
     """SI units a unit of a column, by the ending of its name."""
     return UNITS["_" + column.rsplit("_", 1)[1]]
-
-
-def convergence(setup: Setup, sensor: Sensor, own: FloatArray) -> FloatArray:
-    """Clockwise angles (m,) from the frame's north to true north where a sensor stands.
-
-    Own positions (m, d) add to the sensor's; without an origin north is the frame's.
-    """
-    place = own[:, : sensor.dim] + getattr(sensor, "position", 0.0)
-    if setup.origin is None or not len(place):
-        return np.zeros(len(place))
-    if (place == place[0]).all():
-        return np.full(len(place), LocalFrame(*setup.origin).convergence(place[0]))
-    return LocalFrame(*setup.origin).convergence(place)
-
-
-def signed(setup: Setup, sensor: Sensor, turn: FloatArray) -> FloatArray:
-    """What the turn of north adds to an azimuth: nothing to one from the heading."""
-    if sensor.name in setup.body_frame:
-        return np.zeros_like(turn)
-    return turn if sensor.from_north else -turn  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +38,24 @@ class Rows:
     setup : Setup
     labels : dict of str to int
         Numbers of the targets met so far.
-    others : list of str
-        Columns that are none of ours; filled at the first batch.
+    others, names : list of str
+        Columns that are none of ours, and all; filled at the first batch.
     """
 
     path: Path
     setup: Setup
     labels: dict[str, int] = field(default_factory=dict)
     others: list[str] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    @property
+    def geodetic(self) -> bool:
+        """Whether position sensors report in latitude, longitude and height; once read."""
+        return any(columns.is_geodetic(sensor, self.names) for sensor in self.setup.sensors)
 
     def where(self, row: int) -> str:
         """Name a row, counted from 0, for an error."""
-        return format_of(self.path).row_name(self.path, row)
+        return format_of(self.path).row_names(self.path)(row)
 
     def read(self, limit: int) -> dict[str, Any]:
         """Read every batch and put the arrays together, in the order of the file."""
@@ -82,6 +68,7 @@ class Rows:
         start = 0
         for batch in format_of(self.path).batches(self.path):
             if start == 0:
+                self.names[:] = batch.schema.names
                 self.others[:] = columns.check_names(batch.schema.names, self.setup)
             if start + len(batch) > limit:
                 raise InvalidInputError(
@@ -127,6 +114,8 @@ class Rows:
             out["own_position"] = np.zeros((len(batch), max(s.dim for s in sensors)))
         if "heading_deg" in cells:
             out["heading"] = np.full(len(batch), np.nan)
+        if "height_m" in cells:
+            out["height_m"] = np.full(len(batch), np.nan)
         for k, own in enumerate(sensors):
             rows = np.flatnonzero(sensor == k)
             self._fill(out, own, rows, cells, where)
@@ -141,8 +130,14 @@ class Rows:
         where: columns.Where,
     ) -> None:
         """Write one sensor's rows into the arrays."""
-        for name in columns.needed(sensor, self.setup):
+        for name in columns.needed(sensor, self.setup, cells):
             columns.inside(cells[name][rows], name, rows, where)
+        if "height_m" in out:
+            out["height_m"][rows] = cells["height_m"][rows]
+        if columns.is_geodetic(sensor, cells):
+            places = np.stack([cells[name][rows] for name in columns.GEODETIC], axis=1)
+            out["values"][rows, : sensor.dim] = positions(self.setup, sensor, places)
+            return
         own: FloatArray = np.zeros((len(rows), sensor.dim))
         # a position sensor reports in the common frame whatever carries it
         if "own_position" in out and "x" not in sensor.bias_names:

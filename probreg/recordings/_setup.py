@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from probreg.errors import InvalidInputError
 from probreg.sensors import Sensor
-from probreg.validation import positive_number
+from probreg.validation import finite_array, positive_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +31,15 @@ class Setup:
         Longest time between reports that are compared.
     gate_m : float
         Largest distance at which reports are taken for one target.
+    max_speed_m_s : float
+        Of any target: reports that one could only reach faster are not of it.
     limits : mapping of str to float
         Largest absolute bias that is acceptable, by name, SI units.
     origin : tuple of float, optional
         Latitude and longitude in degrees and height in metres of the common frame's origin.
+    heights_m : mapping of str to float
+        Of two-dimensional radars by name, above the ellipsoid, or above the plane of a frame
+        without an origin: for slant ranges of targets whose height is reported.
 
     Raises
     ------
@@ -49,16 +54,20 @@ class Setup:
     acceleration_m_s2: float = 1.0
     window_s: float = 10.0
     gate_m: float = 1_000.0
+    max_speed_m_s: float = 350.0
     limits: Mapping[str, float] = field(default_factory=dict)
     origin: tuple[float, float, float] | None = None
+    heights_m: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = {sensor.name for sensor in self.sensors}
-        strange = (set(self.biases) | set(self.body_frame)) - names
+        strange = (set(self.biases) | set(self.body_frame) | set(self.heights_m)) - names
         if strange:
             raise InvalidInputError(f"{sorted(strange)} are no sensors; known: {sorted(names)}.")
-        for name in ("acceleration_m_s2", "window_s", "gate_m"):
+        for name in ("acceleration_m_s2", "window_s", "gate_m", "max_speed_m_s"):
             positive_number(name, getattr(self, name))
         for kind, numbers in (("prior_sd", self.prior_sd), ("limits", self.limits)):
             for name, value in numbers.items():
                 positive_number(f"{kind} of {name}", value)
+        for name, value in self.heights_m.items():
+            finite_array(f"height of {name}", value, ())

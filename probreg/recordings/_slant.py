@@ -11,13 +11,17 @@ EARTH_RADIUS_M = 6_371_000.0  # only to start from; the ellipsoid corrects it
 ROUNDS = 3  # of the correction; the second leaves millimetres
 
 
+def raised(frame: LocalFrame, plane: FloatArray, height_m: FloatArray) -> FloatArray:
+    """Places (..., 3) at x and y (..., 2) of a frame and at heights (...,) above the ellipsoid."""
+    local = np.concatenate([plane, np.zeros_like(plane[..., :1])], axis=-1)
+    for _ in range(ROUNDS):
+        local[..., 2] += height_m - frame.to_geodetic(local)[..., 2]
+    return frame.to_geodetic(local)
+
+
 def site(frame: LocalFrame, position: FloatArray, height_m: float) -> LocalFrame:
     """Frame of a place given by x and y in another frame and its height above the ellipsoid."""
-    local = np.array([position[0], position[1], 0.0])
-    for _ in range(ROUNDS):
-        place = frame.to_geodetic(local)
-        local[2] += height_m - place[2]
-    return LocalFrame(*frame.to_geodetic(local).tolist())
+    return LocalFrame(*raised(frame, np.asarray(position)[:2], np.array(height_m)).tolist())
 
 
 def target_places(

@@ -9,6 +9,9 @@ from probreg.recordings._recording import Recording
 from probreg.typing import FloatArray
 
 ENOUGH = 20  # reports, to speak of a spread
+TRUST = "say that they are right with --trust-units (in Python trust_units=True)"
+LATEST_S = 1e11  # POSIX seconds are below for three thousand years
+MANY_WINDOWS = 100.0  # between reports of one target by one sensor: no row is ever made
 NEARLY_A_TURN = 5.5  # of the 6.28 that radians can spread over
 FEW_SIGMAS = 10.0  # no radar's longest range is so few of its standard deviations
 
@@ -27,8 +30,30 @@ def refuse_radians(azimuths_deg: FloatArray) -> None:
     if fits and high - low > NEARLY_A_TURN:
         raise InvalidInputError(
             f"column 'azimuth_deg' runs from {low:.3f} to {high:.3f} and no further: these look "
-            "like radians. Convert them to degrees, or pass trust_units=True."
+            f"like radians. Convert them to degrees, or {TRUST}."
         )
+
+
+def refuse_milliseconds(recording: Recording, window_s: float) -> None:
+    """Refuse times far in the future, and reports too far apart for any row."""
+    columns = (recording.time, recording.target, recording.sensor)
+    order = np.lexsort(columns)
+    time, target, sensor = (column[order] for column in columns)
+    same = (np.diff(target) == 0) & (np.diff(sensor) == 0)
+    gap = float(np.median(np.diff(time)[same])) if same.any() else 0.0
+    latest = float(np.abs(time).max(initial=0.0))
+    if latest <= LATEST_S and gap <= MANY_WINDOWS * window_s:
+        return
+    reason = (
+        f"times are as late as {latest:g} s"
+        if latest > LATEST_S
+        else f"reports of one sensor and target are typically {gap:g} s apart and window_s is "
+        f"{window_s:g} s"
+    )
+    raise InvalidInputError(
+        f"{reason}: these look like milliseconds. Convert the times to seconds, enlarge window_s, "
+        f"or {TRUST}."
+    )
 
 
 def refuse_kilometres(recording: Recording) -> None:
@@ -60,5 +85,5 @@ def refuse_kilometres(recording: Recording) -> None:
             raise InvalidInputError(
                 f"range_m of sensor {sensor.name!r} is {reach[k]:g} at most, but {reason}: these "
                 "look like kilometres or miles. Convert them to metres, correct the sensor's "
-                "place, or pass trust_units=True."
+                f"place, or {TRUST}."
             )

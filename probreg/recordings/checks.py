@@ -8,6 +8,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings._recording import UNKNOWN, Recording
+from probreg.typing import IntArray
 
 
 def _report(number: int) -> str:
@@ -46,6 +47,18 @@ def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -
             f"{where(second)} repeats {where(first)}: same sensor, time, target and values "
             f"({twice.size} such in all). Remove the repetitions; they would count twice."
         )
+
+
+def several_at_once(recording: Recording) -> IntArray:
+    """Count, by sensor (k,), reports of a target at a time of which it has another one."""
+    known = np.flatnonzero(recording.target != UNKNOWN)
+    columns = (recording.time[known], recording.target[known], recording.sensor[known])
+    order = np.lexsort(columns)
+    same = np.ones(max(len(order) - 1, 0), dtype=bool)
+    for column in columns:
+        same &= np.diff(column[order]) == 0
+    again = recording.sensor[known[order[1:][same]]] if same.any() else known[:0]
+    return np.bincount(again, minlength=len(recording.sensors))
 
 
 def clocks_overlap(recording: Recording, window_s: float) -> None:

@@ -5,6 +5,7 @@
     acceleration_m_s2 = 1.0
     window_s = 10.0
     gate_m = 1000.0
+    max_speed_m_s = 350.0
     origin = {latitude_deg = 50.0, longitude_deg = 8.5, height_m = 100.0}
 
     [[sensor]]
@@ -38,6 +39,7 @@ from probreg.recordings._kinds import (
     by_term,
     check_names,
     flag,
+    height_of,
     place,
     refuse_unknown,
     terms_of,
@@ -48,8 +50,8 @@ from probreg.recordings._setup import Setup
 from probreg.recordings.local_frame import LocalFrame
 from probreg.validation import positive_number
 
-TOP = ("acceleration_m_s2", "window_s", "gate_m", "origin", "sensor")
-NUMBERS = ("acceleration_m_s2", "window_s", "gate_m")
+NUMBERS = ("acceleration_m_s2", "window_s", "gate_m", "max_speed_m_s")
+TOP = (*NUMBERS, "origin", "sensor")
 
 
 def read(path: str | Path) -> Setup:
@@ -107,9 +109,14 @@ def parse(content: Mapping[str, Any]) -> Setup:
         for key in ("prior_sd", "limits")
     )
     body = frozenset(table["name"] for table in tables if flag(table, "body_frame", False))
-    numbers = {key: positive_number(key, content[key]) for key in NUMBERS if key in content}
+    numbers: dict[str, Any] = {
+        key: positive_number(key, content[key]) for key in NUMBERS if key in content
+    }
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg, frame.height_m)
-    return Setup(sensors, biases, prior_sd, body, limits=limits, origin=origin, **numbers)
+    heights = {table["name"]: height_of(table, frame) for table in tables}
+    heights_m = {name: height for name, height in heights.items() if height is not None}
+    known = (sensors, biases, prior_sd, body)
+    return Setup(*known, limits=limits, origin=origin, heights_m=heights_m, **numbers)
 
 
 def _frame(content: Mapping[str, Any], tables: list[dict[str, Any]]) -> LocalFrame | None:

@@ -2,8 +2,13 @@
 
 Columns: `time_s` or `time` (POSIX seconds or ISO 8601), `sensor`, and what the sensor reports:
 `range_m`, `azimuth_deg`, `elevation_deg` of radars, `azimuth_deg` of bearing sensors, `east_m`,
-`north_m`, `up_m` of position sensors. Optional: `target`, `own_east_m`, `own_north_m`,
+`north_m`, `up_m` of position sensors. Position sensors may report in `latitude_deg`,
+`longitude_deg` and `height_m` instead. Optional: `target`, `own_east_m`, `own_north_m`,
 `own_up_m` of a moving platform, `heading_deg` of it (compass). Others stay as they are.
+
+With `height_m` of the target (above the ellipsoid, or above the plane of a frame without an
+origin) ranges of 2-D radars are slant ranges, and are brought down into the plane as
+`probreg.recordings.asterix` does; without, they are taken as ground ranges.
 
 With an origin on the earth, azimuth and heading count from true north where the sensor stands,
 and are turned to the north of the common frame.
@@ -25,10 +30,12 @@ from probreg.recordings import _columns as columns
 from probreg.recordings import checks
 from probreg.recordings._files import replacing
 from probreg.recordings._formats import format_of
+from probreg.recordings._heights import bring_down, places, slanted
 from probreg.recordings._recording import Recording
 from probreg.recordings._rows import Rows, factor
 from probreg.recordings._setup import Setup
-from probreg.recordings._units import refuse_kilometres, refuse_radians
+from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
+from probreg.sensors import Sensor
 from probreg.typing import FloatArray, IntArray
 
 ROW_LIMIT = 10_000_000
@@ -48,12 +55,18 @@ class Reading:
         What the reader of results should know: columns not used, rows put in order.
     signed : bool
         Whether the file has azimuths below zero, rather than from 0 to 360 degrees.
+    height_m : ndarray, shape (n,), optional
+        Of the target of each report, where it was used to read it; else NaN.
+    geodetic : bool
+        Whether position sensors report in latitude, longitude and height.
     """
 
     recording: Recording
     rows: IntArray
     notes: tuple[str, ...]
     signed: bool
+    height_m: FloatArray | None = None
+    geodetic: bool = False
 
 
 def read(
@@ -73,7 +86,8 @@ def read(
     row_limit : int
         Longer files are refused.
     trust_units : bool
-        Whether to leave out the checks for radians and kilometres by the look of the numbers.
+        Whether to leave out the checks for radians, kilometres and milliseconds by the look of
+        the numbers.
 
     Returns
     -------
@@ -102,15 +116,25 @@ def _read(rows: Rows, row_limit: int, trust_units: bool) -> Reading:
     cells = arrays.pop("azimuth_deg")
     if not trust_units:
         refuse_radians(cells[np.isfinite(cells)])
+    height, said = bring_down(rows.setup, arrays, rows.where)
     recording = Recording(
         rows.setup.sensors,
         labels=tuple(rows.labels),
         **{name: array[order] for name, array in arrays.items()},
     )
+    if not trust_units:
+        refuse_milliseconds(recording, rows.setup.window_s)
     checks.check(recording, rows.setup.window_s, lambda report: rows.where(int(order[report])))
     if not trust_units:
         refuse_kilometres(recording)
-    return Reading(recording, order, notes, bool((cells < 0.0).any()))
+    return Reading(
+        recording,
+        order,
+        (*notes, *said),
+        bool((cells < 0.0).any()),
+        None if height is None else height[order],
+        rows.geodetic,
+    )
 
 
 def _notes(rows: Rows, arrays: dict[str, Any]) -> tuple[str, ...]:
@@ -180,28 +204,43 @@ def write(
             f"the recording's sensors are not those of the rows of {like}; pass the rows that its "
             "reports belong to."
         )
-    moved = _changes(old.recording, recording, back, rows)
+    moved = _changes(old, recording, setup, back, rows)
     with replacing(path) as part:
         format_of(like).rewrite(part, like, partial(_apply, moved, old.signed))
 
 
 def _changes(
-    old: Recording, new: Recording, back: IntArray, rows: IntArray
+    old: Reading, new: Recording, setup: Setup, back: IntArray, rows: IntArray
 ) -> dict[str, FloatArray]:
     """What to add to each column's cells, in the order of the file and in the file's units."""
     changes: dict[str, FloatArray] = {}
     for k, sensor in enumerate(new.sensors):
         own = np.flatnonzero(new.sensor == k)
-        for j, name in enumerate(sensor.bias_names):
-            column = columns.COMPONENTS[name]
-            change = new.values[own, j] - old.values[back[own], j]
-            if column == "azimuth_deg":
-                change = wrap_angle(change)
-            found = changes.setdefault(column, np.zeros(len(rows)))
-            found[rows[own]] = change / factor(column)
+        height = None if old.height_m is None else old.height_m[back[own]]
+        cells = partial(_cells, setup, sensor, old.geodetic, height)
+        before = cells(old.recording.values[back[own]])
+        for column, after in cells(new.values[own]).items():
+            change = after - before[column]
+            if column in ("azimuth_deg", "longitude_deg"):
+                change = np.rad2deg(wrap_angle(np.deg2rad(change)))
+            changes.setdefault(column, np.zeros(len(rows)))[rows[own]] = change
     time = np.zeros(len(rows))
-    time[rows] = new.time - old.time[back]
+    time[rows] = new.time - old.recording.time[back]
     return {**changes, **dict.fromkeys(columns.TIMES, time)}
+
+
+def _cells(
+    setup: Setup, sensor: Sensor, geodetic: bool, height: FloatArray | None, values: FloatArray
+) -> dict[str, FloatArray]:
+    """Values of one sensor as its columns have them, but for a constant turn of azimuth."""
+    values = values[:, : len(sensor.bias_names)]
+    if geodetic and "x" in sensor.bias_names and height is not None:
+        found = places(setup, values, height)
+        return dict(zip(columns.GEODETIC, found.T[: max(2, sensor.dim)], strict=False))
+    if columns.is_slant(sensor) and height is not None and np.isfinite(height).all():
+        values = slanted(setup, sensor, values, height)
+    named = [columns.COMPONENTS[name] for name in sensor.bias_names]
+    return {name: values[:, j] / factor(name) for j, name in enumerate(named)}
 
 
 def _apply(

@@ -124,6 +124,14 @@ class Registration:
         """Posterior correlation of the biases, shape (p, p)."""
         return np.atleast_2d(np.corrcoef(self.bias_draws.T))
 
+    @property
+    def used(self) -> dict[str, int]:
+        """Reports that stand in a row, by sensor; the others tell nothing of the biases."""
+        sensors = self.recording.sensors
+        members = self.recording.sensor[self.problem.plan.members]
+        count = np.bincount(members, minlength=len(sensors)).tolist()
+        return {sensor.name: n for sensor, n in zip(sensors, count, strict=True)}
+
     def table(self) -> pd.DataFrame:
         """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, share told by the data."""
         import pandas as pd

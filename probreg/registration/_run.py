@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.linking import associate, doubt_identities
+from probreg.linking import OFF_PATH, TOO_FAST, associate, doubts
 from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw, StudentT
 from probreg.posterior import Posterior
@@ -21,10 +22,11 @@ from probreg.registration._held_out import held_out
 from probreg.registration._laws import LAWS, LawChoice
 from probreg.registration._observed import determined
 from probreg.registration._registration import Registration, Verdict
+from probreg.registration._remarks import at_once_notes, far_notes
 from probreg.reweighting import Reweighted
 from probreg.samplers import Draws, Gibbs, Importance, MetropolisHastings
 from probreg.samplers._draws import PARETO_K
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 
 PROVISIONAL = StudentT(3.0)  # bears half of the rows being wrong
 FEW_ROWS = 4_000  # for provisional fits
@@ -101,8 +103,9 @@ def register(
     """
     if not 0.0 < holdout < 1.0 or num_draws < 100:
         raise InvalidInputError(f"holdout {holdout} must be in (0, 1), num_draws 100 or more.")
-    clock, notes = _Clock(on_step), []
+    clock, notes = _Clock(on_step), list[str]()
     given = recording
+    notes += at_once_notes(given)
     if (recording.target < 0).any():
         recording = associate(given, setup)
         notes.append(_association_note(given, recording))
@@ -113,17 +116,12 @@ def register(
     theta = _provisional(problem, prior, None)
     for _ in range(_ROUNDS):
         before = recording.target
-        recording = _associate_again(given, setup, theta)
+        recording, why = _associate_again(given, setup, theta)
         problem = RecordingProblem(recording, setup)
         theta = _provisional(problem, prior, theta)
         if np.array_equal(before, recording.target):
             break
-    doubted = int(((given.target >= 0) & (recording.target < 0)).sum())
-    if doubted:
-        notes.append(
-            f"{doubted} of {len(given)} reports are farther than the gate of {setup.gate_m:g} m "
-            "from the path of the target whose identity they carry, and were left out."
-        )
+    notes += _left_out_notes(given, setup, why)
     clock.stop("provisional fit")
     linear = problem.linearise(theta)
     some = thinned(len(problem.plan), LAW_ROWS)
@@ -141,6 +139,7 @@ def register(
     found = determined(linear, _information(linear, law, prior), prior)
     notes += [f"no residual shows {text}: only the prior says it." for text in found.hidden]
     notes += [f"the prior says more of {t} than the data." for t in found.weak]
+    notes += far_notes(problem.names, draws.mean[: len(problem.names)], problem.prior_sd)
     notes += _draw_notes(draws) + _scale_notes(posterior, draws)
     clock.stop("observability")
     outliers = outlier_shares(linear, theta, _contaminated(chosen, linear, prior, rng))
@@ -173,12 +172,31 @@ def _provisional(
     return settle(few, PROVISIONAL, prior, start, near=theta is not None)[0]
 
 
-def _associate_again(given: Recording, setup: Setup, theta: FloatArray) -> Recording:
-    """Identities anew, the biases known: missing ones found, doubtful ones taken away."""
+def _associate_again(
+    given: Recording, setup: Setup, theta: FloatArray
+) -> tuple[Recording, IntArray]:
+    """Identities anew, the biases known: missing ones found, doubtful ones taken away, and why."""
     recording = given
     if (given.target < 0).any():
         recording = associate(given, setup, theta)
-    return doubt_identities(recording, setup, theta)
+    why = doubts(recording, setup, theta)
+    return dataclasses.replace(recording, target=np.where(why == 0, recording.target, -1)), why
+
+
+def _left_out_notes(given: Recording, setup: Setup, why: IntArray) -> list[str]:
+    """Say how many identities that were given the paths contradict, and how."""
+    own = why[given.target >= 0]
+    off, fast = int((own == OFF_PATH).sum()), int((own == TOO_FAST).sum())
+    said = {
+        f"farther than the gate of {setup.gate_m:g} m from the path": off,
+        f"reached only faster than max_speed_m_s = {setup.max_speed_m_s:g} along the path": fast,
+    }
+    return [
+        f"{count} of {len(given)} reports are {text} of the target whose identity they carry, and "
+        "were left out."
+        for text, count in said.items()
+        if count
+    ]
 
 
 def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Draws:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from probreg.recordings import Recording, Setup, table
+from probreg.recordings._formats import format_of
 from probreg.recordings.table import Reading
 from probreg.typing import FloatArray
 
@@ -30,8 +32,12 @@ class Source:
     reading: Reading
 
     def row_name(self, report: int) -> str:
-        """What the reader of the file knows a report by: its row below the names of columns."""
-        return f"row {self.reading.rows[report] + 1}"
+        """What the reader of the file knows a report by, as errors name it too."""
+        return self._row_names(int(self.reading.rows[report]))
+
+    @cached_property
+    def _row_names(self) -> Callable[[int], str]:
+        return format_of(self.path).row_names(self.path)
 
 
 def read_source(path: str | Path, setup: Setup, *, trust_units: bool = False) -> Source:

@@ -153,6 +153,7 @@ def write_manifest(
         "seconds": {**registration.seconds, "report": report_s},
         "checks": {
             "rows": len(registration.problem.plan),
+            "reports_used": registration.used,
             "law": registration.laws[0].name,
             "sampler": draws.sampler,
             "r_hat": float(np.max(found.r_hat)),

@@ -69,7 +69,9 @@ def _header(registration: Registration, provenance: Provenance) -> dict[str, Any
     return {
         "sensors": sensors,
         "files": ", ".join(provenance.inputs),
-        "counts": ", ".join(f"{name} {count:,}" for name, count in listed),
+        "counts": "; ".join(
+            f"{name} {count:,}, used {registration.used[name]:,}" for name, count in listed
+        ),
         "reports": len(recording),
         "targets": len(np.unique(recording.target[recording.target >= 0])),
         "duration": str(duration),

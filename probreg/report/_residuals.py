@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg.geometry import wrap_angle
-from probreg.multisensor import corrected_values, gives_position, turned, turns
+from probreg.multisensor import corrected_values, places, turned, turns
 from probreg.multisensor._observing import true_reports
 from probreg.recordings import Recording, Setup
 from probreg.sensors import Sensor
@@ -42,13 +42,8 @@ def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> R
     values, time = corrected_values(recording, setup, theta)
     turn = turns(recording, setup, np.arange(len(recording)))
     shape = (len(recording), recording.sensors[0].dim)
-    where = np.full(shape, np.nan)
+    where = places(recording, values, turn)
     own = np.zeros(shape) if recording.own_position is None else recording.own_position
-    for k, sensor in enumerate(recording.sensors):
-        rows, q = np.flatnonzero(recording.sensor == k), len(sensor.bias_names)
-        if gives_position(sensor):
-            where[rows] = sensor.to_cartesian(turned(sensor, values[rows, :q], turn[rows]))
-    where += own
     residual = np.full(values.shape, np.nan)
     for k, sensor in enumerate(recording.sensors):
         found, expected = _interpolated(recording, time, where, k, setup.window_s)

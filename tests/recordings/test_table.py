@@ -339,11 +339,16 @@ def test_wrong_units_by_the_look_of_them(tmp_path):
     recording, setup = traffic()
     frame = frame_of(recording)
     radians = frame.assign(azimuth_deg=recording.values[:, 1])
-    with pytest.raises(InvalidInputError, match="look like radians"):
+    with pytest.raises(InvalidInputError, match="look like radians.*--trust-units"):
         table.read(save(radians, tmp_path / "r.csv"), setup)
     table.read(tmp_path / "r.csv", setup, trust_units=True)
     with pytest.raises(InvalidInputError, match="look like kilometres"):
         table.read(save(frame.assign(range_m=frame.range_m / 1e3), tmp_path / "r.csv"), setup)
+    for late in (1e3 * frame.time_s, 1.7e12 + 1e3 * frame.time_s):
+        save(frame.assign(time_s=late), tmp_path / "r.csv")
+        with pytest.raises(InvalidInputError, match="look like milliseconds"):
+            table.read(tmp_path / "r.csv", setup)
+        table.read(tmp_path / "r.csv", setup, trust_units=True)
     # a narrow sector of a few degrees is no circle of radians
     narrow = frame.assign(azimuth_deg=np.linspace(0.5, 5.5, len(frame)))
     table.read(save(narrow, tmp_path / "r.csv"), setup)

@@ -9,10 +9,11 @@ import pytest
 
 from probreg import PositionSensor
 from probreg.errors import InvalidInputError
-from probreg.linking import associate, doubt_identities
+from probreg.linking import TOO_FAST, associate, doubt_identities, doubts
 from probreg.recordings import UNKNOWN
+from probreg.registration import register
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
-from tests.registration.conftest import fly
+from tests.registration.conftest import fly, sensors_2d
 from tests.registration.test_problem import SEEN, with_bearings
 
 BIASES = {
@@ -81,6 +82,20 @@ def test_wrong_identities_are_doubted_and_right_ones_kept():
     assert gone[~truth.wrong].mean() < 0.05
     kept = ~gone
     np.testing.assert_array_equal(found.target[kept], recording.target[kept])
+
+
+def test_targets_faster_than_the_setup_allows_are_said_to_be_so():
+    made = fly(sensors_2d(), {"a.range": 5.0}, noise=0.1, gate_m=200.0, window_s=20.0)
+    theta = np.full(1, 5.0)
+    assert not doubts(made.recording, made.setup, theta).any()
+    slow = dataclasses.replace(made.setup, max_speed_m_s=30.0)
+    why = doubts(made.recording, slow, theta)
+    speed = np.linalg.norm(made.paths[1], axis=1)[made.recording.target]
+    assert (why[speed > 150.0] == TOO_FAST).mean() > 0.5
+    assert not why[speed < 30.0].any()
+    left = register(made.recording, slow, rng=np.random.default_rng(1)).notes
+    assert any("faster than max_speed_m_s = 30" in note for note in left)
+    assert not any("farther than the gate" in note for note in left)
 
 
 def test_nothing_near_is_said():

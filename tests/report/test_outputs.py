@@ -45,6 +45,29 @@ def test_the_command_says_what_it_found(done):
     assert str(done.result / "report.html") in done.out
 
 
+def test_the_reports_used_are_told_by_sensor(done):
+    used = json.loads((done.result / "manifest.json").read_text())["checks"]["reports_used"]
+    reports = pd.read_csv(done.demo / "reports.csv")["sensor"].value_counts()
+    assert set(used) == set(reports.index)
+    page = (done.result / "report.html").read_text()
+    for name, count in used.items():
+        assert 0 < count <= reports[name]
+        assert f"{name} {reports[name]:,}, used {count:,}" in page
+
+
+def test_reports_are_named_by_their_lines_as_in_errors(done, tmp_path):
+    lines = (done.demo / "reports.csv").read_text().splitlines()
+    path = tmp_path / "reports.csv"
+    path.write_text("\n".join([*lines[:5], "", *lines[5:]]) + "\n")
+    source = read_source(path, setup_file.read(done.demo / "sensors.toml"))
+    text = path.read_text().splitlines()
+    for report in (0, 3, 10, 1_999):
+        line = int(source.row_name(report).removeprefix("line "))
+        time = float(text[line - 1].split(",")[0])
+        assert time == source.reading.recording.time[report]
+    assert "line " in (done.result / "report.html").read_text().split('id="suspect-table"')[1]
+
+
 def test_biases_cover_the_truth(done):
     truth = json.loads((done.demo / "truth.json").read_text())["bias"]
     content = json.loads((done.result / "biases.json").read_text())["biases"]

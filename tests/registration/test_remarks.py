@@ -1,0 +1,52 @@
+"""Remarks: two reports at one time, biases no prior foresaw, reports that were used."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from probreg.recordings import Recording
+from probreg.registration import register
+from tests.registration.conftest import fly, sensors_2d
+
+
+def doubled(recording, rows):
+    """The recording with some reports said twice, the second time 500 m farther."""
+    order = np.sort(np.concatenate([np.arange(len(recording)), rows]))
+    second = np.r_[False, np.diff(order) == 0]
+    values = recording.values[order]
+    values[second, 0] += 500.0
+    return Recording(
+        recording.sensors,
+        recording.sensor[order],
+        recording.time[order],
+        values,
+        recording.target[order],
+    )
+
+
+def test_two_reports_at_one_time_are_counted_and_used_reports_too():
+    made = fly(sensors_2d(), {"a.range": 30.0})
+    rows = np.flatnonzero(made.recording.sensor == 1)[:7]
+    found = register(doubled(made.recording, rows), made.setup, rng=np.random.default_rng(1))
+    said = [note for note in found.notes if "two reports at one time" in note]
+    assert len(said) == 1
+    assert said[0].startswith("b gives")
+    assert "in 7 cases" in said[0]
+    # the oracle: every report that some row names, once
+    members = found.problem.plan.members
+    names = [s.name for s in found.recording.sensors]
+    expected = {
+        n: sum(found.recording.sensor[m] == k for m in members) for k, n in enumerate(names)
+    }
+    assert found.used == expected
+    assert sum(found.used.values()) == len(np.unique(members)) < len(found.recording)
+
+
+def test_a_bias_that_no_prior_foresaw_is_remarked_on():
+    made = fly(sensors_2d(), {"a.range": 90.0})
+    tight = dataclasses.replace(made.setup, prior_sd={"a.range": 10.0})
+    for setup, expected in ((made.setup, 0), (tight, 1)):
+        notes = register(made.recording, setup, rng=np.random.default_rng(1)).notes
+        assert sum("prior standard deviations from zero" in note for note in notes) == expected
