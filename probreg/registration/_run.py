@@ -15,7 +15,9 @@ from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
 from probreg.recordings import Recording, Setup
+from probreg.registration import _remarks
 from probreg.registration._choice import Chosen, choose_law, outlier_shares
+from probreg.registration._clusters import cluster_ratio
 from probreg.registration._fit import settle, some_rows, thinned
 from probreg.registration._held_out import held_out
 from probreg.registration._laws import LAWS, LawChoice
@@ -105,7 +107,7 @@ def register(
     given = recording
     if (recording.target < 0).any():
         recording = associate(given, setup)
-        notes.append(_association_note(given, recording))
+        notes.append(_remarks.association(given, recording))
     clock.stop("associate")
     problem = RecordingProblem(recording, setup)
     prior = GaussianPrior.from_sd(problem.prior_sd)
@@ -118,12 +120,7 @@ def register(
         theta = _provisional(problem, prior, theta)
         if np.array_equal(before, recording.target):
             break
-    doubted = int(((given.target >= 0) & (recording.target < 0)).sum())
-    if doubted:
-        notes.append(
-            f"{doubted} of {len(given)} reports are farther than the gate of {setup.gate_m:g} m "
-            "from the path of the target whose identity they carry, and were left out."
-        )
+    notes += _remarks.doubted(given, recording, setup.gate_m) + _remarks.stamps(given)
     clock.stop("provisional fit")
     linear = problem.linearise(theta)
     some = thinned(len(problem.plan), LAW_ROWS)
@@ -139,9 +136,11 @@ def register(
     scored = held_out(problem, linear, law, prior, holdout, rng)
     clock.stop("held out")
     found = determined(linear, _information(linear, law, prior), prior)
-    notes += [f"no residual shows {text}: only the prior says it." for text in found.hidden]
-    notes += [f"the prior says more of {t} than the data." for t in found.weak]
-    notes += _draw_notes(draws) + _scale_notes(posterior, draws)
+    scale = _remarks.noise_scale(posterior, draws)
+    notes += _remarks.undetermined(found) + _remarks.drawing(draws) + _remarks.scale(*scale)
+    notes += _remarks.correction(scored)
+    covariance = draws.covariance[: len(theta), : len(theta)]
+    ratio = cluster_ratio(linear, law, problem.plan.target, theta, covariance)
     clock.stop("observability")
     outliers = outlier_shares(linear, theta, _contaminated(chosen, linear, prior, rng))
     verdicts = _verdicts(setup, problem, draws)
@@ -158,6 +157,9 @@ def register(
         outliers,
         scored,
         verdicts,
+        ratio,
+        _remarks.left_out(given, recording),
+        scale,
         tuple(notes),
         clock.seconds,
     )
@@ -221,27 +223,3 @@ def _verdicts(setup: Setup, problem: RecordingProblem, draws: Draws) -> tuple[Ve
         size = np.abs(draws.flat[:, problem.model.numbers[name]])
         found.append(Verdict(name, float(limit), float((size > limit).mean())))
     return tuple(found)
-
-
-def _association_note(before: Recording, after: Recording) -> str:
-    missing = before.target < 0
-    linked = int((missing & (after.target >= 0)).sum())
-    return f"{int(missing.sum())} reports had no identity; {linked} of them were associated."
-
-
-def _draw_notes(draws: Draws) -> list[str]:
-    return [f"{draws.sampler}: {text}" for text in draws.warnings]
-
-
-def _scale_notes(posterior: Posterior, draws: Draws) -> list[str]:
-    """Say where the noise is not what the sensors declare."""
-    name = f"noise.{posterior.noise.unit_name}"
-    if name not in draws.names:
-        return []
-    scale = float(np.median(draws.flat[:, draws.names.index(name)]))
-    if 0.7 < scale < 1.4:
-        return []
-    return [
-        f"the noise is {scale:.2g} times what sensors and acceleration_m_s2 declare; the intervals "
-        "allow for it, but check the accuracies."
-    ]

@@ -1,0 +1,104 @@
+"""What a reader of a registration must know, in sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg.posterior import Posterior
+from probreg.recordings import Recording
+from probreg.registration._choice import law_at
+from probreg.registration._held_out import HeldOut
+from probreg.registration._observed import Determined
+from probreg.samplers import Draws
+from probreg.typing import FloatArray
+
+_NEAR = (0.7, 1.4)  # scales of the noise that nobody need look after
+_WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds have seven digits
+
+
+def association(before: Recording, after: Recording) -> str:
+    """How many reports without identity got one."""
+    missing = before.target < 0
+    linked = int((missing & (after.target >= 0)).sum())
+    return f"{int(missing.sum())} reports had no identity; {linked} of them were associated."
+
+
+def doubted(before: Recording, after: Recording, gate_m: float) -> list[str]:
+    """How many reports lost the identity they came with."""
+    count = int(((before.target >= 0) & (after.target < 0)).sum())
+    if not count:
+        return []
+    return [
+        f"{count} of {len(before)} reports are farther than the gate of {gate_m:g} m "
+        "from the path of the target whose identity they carry, and were left out."
+    ]
+
+
+def left_out(before: Recording, after: Recording) -> FloatArray:
+    """Share (sensors,) of each sensor's reports with identity that lost it; 0 of none."""
+    count = len(before.sensors)
+    named = before.target >= 0
+    lost = named & (after.target < 0)
+    total = np.bincount(before.sensor[named], minlength=count)
+    return np.bincount(before.sensor[lost], minlength=count) / np.maximum(total, 1)
+
+
+def undetermined(found: Determined) -> list[str]:
+    """Combinations that only the prior tells."""
+    return [f"no residual shows {text}: only the prior says it." for text in found.hidden] + [
+        f"the prior says more of {text} than the data." for text in found.weak
+    ]
+
+
+def correction(scored: HeldOut | None) -> list[str]:
+    """Say where correction shows no effect on targets held out."""
+    if scored is None or scored.verdict != "neither":
+        return []
+    return [
+        f"on {scored.targets} targets held out correction gains nothing measurable: its effect is "
+        "within two standard errors of zero."
+    ]
+
+
+def drawing(draws: Draws) -> list[str]:
+    """What the sampler warns of."""
+    return [f"{draws.sampler}: {text}" for text in draws.warnings]
+
+
+def noise_scale(posterior: Posterior, draws: Draws) -> tuple[float, float]:
+    """Standard deviation of the bulk of the rows and of all, over what is declared.
+
+    The second counts heavy tails and outliers: scale times sqrt(nu / (nu - 2)), or that of the
+    mixture; infinite where the law has no variance. (1, 1) where the scale is not unknown.
+    """
+    if f"noise.{posterior.noise.unit_name}" not in draws.names:
+        return 1.0, 1.0
+    law = law_at(posterior, posterior.free(np.median(draws.flat, axis=0)))
+    return float(law.unit), float(np.sqrt(law.covariance_factor(2)))
+
+
+def scale(bulk: float, every: float) -> list[str]:
+    """Say where the noise is not what the sensors declare."""
+    if bulk < _NEAR[1] and every > _NEAR[0]:
+        return []
+    said = bulk if every > _NEAR[0] else every
+    return [
+        f"the noise is {said:.2g} times what sensors and acceleration_m_s2 declare; check both. "
+        "The intervals are scaled for errors that come anew with each report, not for what "
+        "persists within a target."
+    ]
+
+
+def stamps(recording: Recording) -> list[str]:
+    """Sensors whose stamps are all whole seconds while others' are not."""
+    time = recording.time
+    whole = np.abs(time - np.round(time)) < _WHOLE_S
+    present = [k for k in range(len(recording.sensors)) if (recording.sensor == k).any()]
+    even = [k for k in present if whole[recording.sensor == k].all()]
+    if not even or len(even) == len(present):
+        return []
+    names = ", ".join(recording.sensors[k].name for k in even)
+    return [
+        f"every stamp of {names} is a whole second, those of others are not: if they were "
+        "rounded, targets have moved on by up to half a second, always the same way for one target."
+    ]
