@@ -138,7 +138,7 @@ def register(
     found = determined(linear, _information(linear, law, prior), prior)
     scale = _remarks.noise_scale(posterior, draws)
     notes += _remarks.undetermined(found) + _remarks.drawing(draws) + _remarks.scale(*scale)
-    notes += _remarks.correction(scored)
+    notes += _remarks.correction(scored) + _remarks.curvature(recording, chosen.choice.name)
     covariance = draws.covariance[: len(theta), : len(theta)]
     ratio = cluster_ratio(linear, law, problem.plan.target, theta, covariance)
     clock.stop("observability")

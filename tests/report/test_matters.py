@@ -11,7 +11,7 @@ from probreg.noise import Gaussian, StudentT
 from probreg.recordings import Recording, Setup
 from probreg.registration import LAWS, HeldOut, register
 from probreg.report import matters
-from probreg.scenarios.traffic import TrafficScene, simulate
+from probreg.scenarios.traffic import TrafficScene, radars, simulate
 
 BIASES = {"radar1.range": 60.0, "radar2.azimuth": 3e-3, "radar3.range": -40.0}
 REFERENCE = {f"radar{k}.{term}": 0.0 for k in (1, 2, 3) for term in ("range", "azimuth")}
@@ -160,3 +160,18 @@ def test_outliers_alone_are_no_scale_of_the_noise():
     assert not any("The noise is" in text for text in matters(heavy))
     assert found.noise_scale[0] == pytest.approx(found.noise_scale[1])
     assert float(Gaussian().covariance_factor(2)) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("law", "sigma_deg", "said"), [(0, 1.0, True), (0, 0.1, False), (2, 1.0, False)]
+)
+def test_cross_range_noise_that_curves_is_remarked(law, sigma_deg, said):
+    scene = TrafficScene(500, sensors=radars(3, 2, 50.0, sigma_deg), biases=REFERENCE)
+    recording, setup, _ = simulate(scene, np.random.default_rng(1))
+    found = register(recording, setup, rng=np.random.default_rng(2), laws=LAWS[law : law + 1])
+    far = np.quantile(recording.values[recording.sensor == 0, 0], 0.9)
+    bent = far * np.deg2rad(sigma_deg) ** 2 / 50.0
+    assert (bent > 0.3) == (sigma_deg == 1.0)
+    texts = [text for text in found.notes if "cross-range noise curves" in text]
+    assert bool(texts) == said
+    assert not said or f"is {bent:.2g} at its far reports" in texts[0]
