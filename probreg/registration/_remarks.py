@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from probreg.posterior import Posterior
 from probreg.recordings import Recording
+from probreg.registration._accuracy import Accuracy
 from probreg.registration._choice import law_at
 from probreg.registration._held_out import HeldOut
 from probreg.registration._observed import Determined
@@ -14,6 +17,7 @@ from probreg.sensors import Radar2D, Radar3D
 from probreg.typing import FloatArray
 
 _NEAR = (0.7, 1.4)  # scales of the noise that nobody need look after
+_FACTOR = (0.6, 1.6)  # scatter over the declared one that needs no remark
 _CURVED = 0.3  # sag of the cross-range noise in range standard deviations that biases the range
 _WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds have seven digits
 
@@ -129,4 +133,21 @@ def curvature(recording: Recording, law: str) -> list[str]:
                 f"{bent:.2g} at its far reports). The law {law} is symmetric, takes the bend for "
                 "outliers and biases the range: prefer --law Gaussian, or leave far reports out."
             )
+    return said
+
+
+def accuracy(found: Sequence[Accuracy]) -> list[str]:
+    """Sensors whose reports scatter otherwise than declared."""
+    said = []
+    for one in found:
+        if not one.clear or _FACTOR[0] < one.factor < _FACTOR[1]:
+            continue
+        angle = one.unit == "rad"
+        size = one.factor * one.declared
+        field = f"sigma_{one.component}_{'deg' if angle else 'm'}"
+        field = field if one.component in ("range", "azimuth", "elevation") else "sigma_m"
+        said.append(
+            f"{one.sensor}: {one.component} spread {one.factor:.1f} times declared; set "
+            f"{field} near {np.rad2deg(size) if angle else size:.2g}."
+        )
     return said

@@ -16,6 +16,7 @@ from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
 from probreg.recordings import Recording, Setup
 from probreg.registration import _remarks
+from probreg.registration._accuracy import accuracies
 from probreg.registration._choice import Chosen, choose_law, outlier_shares
 from probreg.registration._clusters import cluster_ratio
 from probreg.registration._fit import settle, some_rows, thinned
@@ -139,6 +140,7 @@ def register(
     scale = _remarks.noise_scale(posterior, draws)
     notes += _remarks.undetermined(found) + _remarks.drawing(draws) + _remarks.scale(*scale)
     notes += _remarks.correction(scored) + _remarks.curvature(recording, chosen.choice.name)
+    notes += _remarks.accuracy(accuracies(recording, setup, theta))
     covariance = draws.covariance[: len(theta), : len(theta)]
     ratio = cluster_ratio(linear, law, problem.plan.target, theta, covariance)
     clock.stop("observability")
