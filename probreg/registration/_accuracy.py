@@ -8,10 +8,18 @@ import numpy as np
 
 from probreg.multisensor import gives_position
 from probreg.recordings import Recording, Setup
-from probreg.registration._residuals import Residuals, between, report_residuals, spread
+from probreg.registration._fit import thinned
+from probreg.registration._residuals import (
+    Between,
+    Residuals,
+    between,
+    report_residuals,
+    spread,
+)
 from probreg.typing import FloatArray, IntArray
 
 _FEWEST = 50  # reports that tell a spread
+_MOST = 20_000  # reports of a sensor that are enough for it
 _PASSES = 20
 _OWN = 0.1  # of a residual's variance; below, the neighbours' noise hides the sensor's own
 _ERROR = 3.5  # sd of a robust variance times root n: 2.33, half more as residuals share reports
@@ -83,13 +91,14 @@ def _parts(
     shape = found.where.shape
     own = np.zeros(shape) if recording.own_position is None else recording.own_position
     parts: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
-    columns = _columns(recording, found, own, firsts)
     for k, sensor in enumerate(recording.sensors):
         if not gives_position(sensor):
             continue
         line = between(recording, found.time, found.where, k, setup.window_s)
         if len(line.rows) < _FEWEST:
             continue
+        some = thinned(len(line.rows), _MOST)
+        line = Between._make(part[some] for part in line)
         at = line.expected - own[line.rows]
         back = np.linalg.inv(sensor.sensitivity(at))
         # integrated white acceleration against the line between its ends
@@ -98,7 +107,8 @@ def _parts(
             by = back[:, j]
             shares = np.zeros((len(line.rows), int(firsts[-1])))
             for rows, weight in ((line.left, 1.0 - line.share), (line.right, line.share)):
-                moved = np.einsum("nd,ndp->np", by, columns[rows])
+                columns = _columns(recording, found, own, firsts, rows)
+                moved = np.einsum("nd,ndp->np", by, columns)
                 shares += (weight[:, None] * moved) ** 2
             shares[:, firsts[k] + j] += sigma**2
             residual = found.residual[line.rows, j]
@@ -107,15 +117,19 @@ def _parts(
 
 
 def _columns(
-    recording: Recording, found: Residuals, own: FloatArray, firsts: IntArray
+    recording: Recording,
+    found: Residuals,
+    own: FloatArray,
+    firsts: IntArray,
+    rows: IntArray,
 ) -> FloatArray:
-    """What one declared sd of each component moves each report (n, d, all components)."""
-    columns = np.zeros((*found.where.shape, int(firsts[-1])))
+    """What one declared sd of each component moves reports `rows` (n, d, all components)."""
+    columns = np.zeros((len(rows), found.where.shape[1], int(firsts[-1])))
     for k, sensor in enumerate(recording.sensors):
-        rows = np.flatnonzero(recording.sensor == k)
-        if gives_position(sensor) and rows.size:
-            moved = sensor.sensitivity(found.where[rows] - own[rows]) * _sigmas(sensor)
-            columns[rows, :, firsts[k] : firsts[k + 1]] = moved
+        of = np.flatnonzero(recording.sensor[rows] == k)
+        if of.size:
+            moved = sensor.sensitivity(found.where[rows[of]] - own[rows[of]]) * _sigmas(sensor)
+            columns[of, :, firsts[k] : firsts[k + 1]] = moved
     return columns
 
 

@@ -50,6 +50,5 @@ def cluster_ratio(
     summed = np.zeros((len(known), len(theta)))
     np.add.at(summed, cluster, scores)
     moved = summed @ covariance
-    # at the mode the scores sum to what the prior holds against, not to freely varying noise
     variance = len(known) / (len(known) - 1.0) * np.einsum("gp,gp->p", moved, moved)
     return np.asarray(np.sqrt(variance / np.diag(covariance)))

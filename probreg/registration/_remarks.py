@@ -148,6 +148,6 @@ def accuracy(found: Sequence[Accuracy]) -> list[str]:
         field = field if one.component in ("range", "azimuth", "elevation") else "sigma_m"
         said.append(
             f"{one.sensor}: {one.component} spread {one.factor:.1f} times declared; set "
-            f"{field} near {np.rad2deg(size) if angle else size:.2g}."
+            f"{field} near {float(f'{np.rad2deg(size) if angle else size:.2g}'):g}."
         )
     return said
