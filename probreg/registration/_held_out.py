@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.multisensor import RecordingProblem
@@ -14,6 +15,8 @@ from probreg.problem import RegistrationProblem
 from probreg.registration._fit import some_rows
 from probreg.reweighting import Reweighted
 from probreg.typing import FloatArray, IntArray
+
+_STANDARD_ERRORS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,8 @@ class HeldOut:
         The same in standard deviations that the sensors declare.
     before_log_score, after_log_score : float
         Mean log predictive density of a row.
+    gain : ndarray, shape (targets,)
+        Log predictive density of each target after correction less before, summed over its rows.
     """
 
     rows: IntArray
@@ -42,6 +47,22 @@ class HeldOut:
     after_sd: FloatArray
     before_log_score: float
     after_log_score: float
+    gain: FloatArray
+
+    @property
+    def verdict(self) -> str:
+        """Whether correction makes targets "better", "worse" or "neither", at 2 standard errors.
+
+        The few targets held out make the standard error uncertain, so Student's quantile is taken
+        that has the probability of two normal standard errors.
+        """
+        targets = len(self.gain)
+        if targets < 2:
+            return "neither"
+        bound = float(stats.t.ppf(stats.norm.cdf(_STANDARD_ERRORS), targets - 1))
+        bound *= float(self.gain.std(ddof=1) / np.sqrt(targets))
+        mean = float(self.gain.mean())
+        return "better" if mean > bound else "worse" if mean < -bound else "neither"
 
     @property
     def medians_m(self) -> tuple[float, float]:
@@ -78,16 +99,19 @@ def held_out(
     after = some_rows(linear, held)
     before = problem.take(held).linearise(problem.start)
     zero = np.zeros(len(theta))
+    scores = log_score(before, law, zero), log_score(after, law, theta)
+    known, own = np.unique(problem.plan.target[held], return_inverse=True)
     metres = np.where(problem.metric[held], 1.0, np.nan)
     return HeldOut(
         held,
-        len(np.unique(problem.plan.target[held])),
+        len(known),
         metres * _rms(before.residual(zero), before.size),
         metres * _rms(after.residual(theta), after.size),
         _rms(before.whitened().residual(zero), before.size),
         _rms(after.whitened().residual(theta), after.size),
-        float(log_score(before, law, zero).mean()),
-        float(log_score(after, law, theta).mean()),
+        float(scores[0].mean()),
+        float(scores[1].mean()),
+        np.bincount(own, scores[1] - scores[0]).astype(float),
     )
 
 

@@ -12,6 +12,7 @@ from probreg.problem import RegistrationProblem
 from probreg.typing import FloatArray
 
 WEAK = 1.0  # information of the data over that of the prior, below which the prior decides
+SMALL = 0.05  # parts of a combination that would only clutter its name, of the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class Determined:
     observability : Observability
         Of the data alone.
     hidden : list of str
-        Combinations that no residual shows.
+        Combinations that no residual shows, in prior standard deviations of each bias.
     weak : list of str
         Combinations that the prior determines more than the data, hidden ones included.
     share : ndarray, shape (p,)
@@ -56,9 +57,14 @@ def determined(
     weak = (root @ vectors[:, ratio < WEAK]).T
     posterior = np.linalg.inv(information + prior.precision)
     share = 1.0 - np.diag(posterior) / np.diag(prior.covariance)
-    # in units of the prior: small parts of a combination would only clutter its name
-    scaled = weak / np.sqrt(np.diag(prior.covariance))
+    hidden, weak = (_spelt(one, found, prior) for one in (found.null_space, weak))
+    return Determined(linear.names, found, hidden, weak, share)
+
+
+def _spelt(rows: FloatArray, found: Observability, prior: GaussianPrior) -> list[str]:
+    """Combinations (k, p) written out in prior standard deviations, small parts left out."""
+    # metres beside radians say nothing of which part is large
+    scaled = rows / np.sqrt(np.diag(prior.covariance))
     size = np.abs(scaled).max(axis=1, keepdims=True, initial=0.0)
-    weak = np.where(np.abs(scaled) > 0.05 * size, weak, 0.0)
-    said = Observability(found.singular_values, weak, linear.names, found.equations)
-    return Determined(linear.names, found, found.combinations(), said.combinations(), share)
+    kept = np.where(np.abs(scaled) > SMALL * size, scaled, 0.0)
+    return Observability(found.singular_values, kept, found.names, found.equations).combinations()

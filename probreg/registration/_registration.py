@@ -70,6 +70,14 @@ class Registration:
         That a row holds a report that its declared noise does not explain.
     held_out : HeldOut or None
     verdicts : tuple of Verdict
+    cluster_ratio : ndarray, shape (p,)
+        Standard deviation of each bias if errors of one target's reports may hang together, over
+        the posterior's; far above one the intervals are too narrow. NaN with few targets.
+    left_out : ndarray, shape (sensors,)
+        Share of each sensor's reports with identity that fit no other sensor and lost it.
+    noise_scale : tuple of float
+        Standard deviation of the bulk of the rows, and of all rows with their tails, over what
+        is declared.
     notes : tuple of str
         What a reader must know.
     seconds : mapping of str to float
@@ -87,6 +95,9 @@ class Registration:
     outlier_probability: FloatArray
     held_out: HeldOut | None
     verdicts: tuple[Verdict, ...]
+    cluster_ratio: FloatArray
+    left_out: FloatArray
+    noise_scale: tuple[float, float]
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
 

@@ -9,20 +9,22 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.linking import OFF_PATH, TOO_FAST, associate, doubts
+from probreg.linking import associate, doubts
 from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw, StudentT
 from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problem import RegistrationProblem
 from probreg.recordings import Recording, Setup
+from probreg.registration import _remarks
+from probreg.registration._accuracy import accuracies
 from probreg.registration._choice import Chosen, choose_law, outlier_shares
+from probreg.registration._clusters import cluster_ratio
 from probreg.registration._fit import settle, some_rows, thinned
 from probreg.registration._held_out import held_out
 from probreg.registration._laws import LAWS, LawChoice
 from probreg.registration._observed import determined
 from probreg.registration._registration import Registration, Verdict
-from probreg.registration._remarks import at_once_notes, far_notes
 from probreg.reweighting import Reweighted
 from probreg.samplers import Draws, Gibbs, Importance, MetropolisHastings
 from probreg.samplers._draws import PARETO_K
@@ -105,10 +107,10 @@ def register(
         raise InvalidInputError(f"holdout {holdout} must be in (0, 1), num_draws 100 or more.")
     clock, notes = _Clock(on_step), list[str]()
     given = recording
-    notes += at_once_notes(given)
+    notes += _remarks.at_once(given)
     if (recording.target < 0).any():
         recording = associate(given, setup)
-        notes.append(_association_note(given, recording))
+        notes.append(_remarks.association(given, recording))
     clock.stop("associate")
     problem = RecordingProblem(recording, setup)
     prior = GaussianPrior.from_sd(problem.prior_sd)
@@ -121,7 +123,7 @@ def register(
         theta = _provisional(problem, prior, theta)
         if np.array_equal(before, recording.target):
             break
-    notes += _left_out_notes(given, setup, why)
+    notes += _remarks.doubted(given, setup, why) + _remarks.stamps(given)
     clock.stop("provisional fit")
     linear = problem.linearise(theta)
     some = thinned(len(problem.plan), LAW_ROWS)
@@ -137,10 +139,13 @@ def register(
     scored = held_out(problem, linear, law, prior, holdout, rng)
     clock.stop("held out")
     found = determined(linear, _information(linear, law, prior), prior)
-    notes += [f"no residual shows {text}: only the prior says it." for text in found.hidden]
-    notes += [f"the prior says more of {t} than the data." for t in found.weak]
-    notes += far_notes(problem.names, draws.mean[: len(problem.names)], problem.prior_sd)
-    notes += _draw_notes(draws) + _scale_notes(posterior, draws)
+    scale = _remarks.noise_scale(posterior, draws)
+    notes += _remarks.undetermined(found) + _remarks.drawing(draws) + _remarks.scale(*scale)
+    notes += _remarks.correction(scored) + _remarks.curvature(recording, chosen.choice.name)
+    notes += _remarks.accuracy(accuracies(recording, setup, theta))
+    notes += _remarks.far(problem.names, draws.mean[: len(theta)], problem.prior_sd)
+    covariance = draws.covariance[: len(theta), : len(theta)]
+    ratio = cluster_ratio(linear, law, problem.plan.target, theta, covariance)
     clock.stop("observability")
     outliers = outlier_shares(linear, theta, _contaminated(chosen, linear, prior, rng))
     verdicts = _verdicts(setup, problem, draws)
@@ -157,6 +162,9 @@ def register(
         outliers,
         scored,
         verdicts,
+        ratio,
+        _remarks.left_out(given, recording),
+        scale,
         tuple(notes),
         clock.seconds,
     )
@@ -181,22 +189,6 @@ def _associate_again(
         recording = associate(given, setup, theta)
     why = doubts(recording, setup, theta)
     return dataclasses.replace(recording, target=np.where(why == 0, recording.target, -1)), why
-
-
-def _left_out_notes(given: Recording, setup: Setup, why: IntArray) -> list[str]:
-    """Say how many identities that were given the paths contradict, and how."""
-    own = why[given.target >= 0]
-    off, fast = int((own == OFF_PATH).sum()), int((own == TOO_FAST).sum())
-    said = {
-        f"farther than the gate of {setup.gate_m:g} m from the path": off,
-        f"reached only faster than max_speed_m_s = {setup.max_speed_m_s:g} along the path": fast,
-    }
-    return [
-        f"{count} of {len(given)} reports are {text} of the target whose identity they carry, and "
-        "were left out."
-        for text, count in said.items()
-        if count
-    ]
 
 
 def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Draws:
@@ -239,27 +231,3 @@ def _verdicts(setup: Setup, problem: RecordingProblem, draws: Draws) -> tuple[Ve
         size = np.abs(draws.flat[:, problem.model.numbers[name]])
         found.append(Verdict(name, float(limit), float((size > limit).mean())))
     return tuple(found)
-
-
-def _association_note(before: Recording, after: Recording) -> str:
-    missing = before.target < 0
-    linked = int((missing & (after.target >= 0)).sum())
-    return f"{int(missing.sum())} reports had no identity; {linked} of them were associated."
-
-
-def _draw_notes(draws: Draws) -> list[str]:
-    return [f"{draws.sampler}: {text}" for text in draws.warnings]
-
-
-def _scale_notes(posterior: Posterior, draws: Draws) -> list[str]:
-    """Say where the noise is not what the sensors declare."""
-    name = f"noise.{posterior.noise.unit_name}"
-    if name not in draws.names:
-        return []
-    scale = float(np.median(draws.flat[:, draws.names.index(name)]))
-    if 0.7 < scale < 1.4:
-        return []
-    return [
-        f"the noise is {scale:.2g} times what sensors and acceleration_m_s2 declare; the intervals "
-        "allow for it, but check the accuracies."
-    ]

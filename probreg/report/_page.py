@@ -12,9 +12,9 @@ import numpy as np
 
 from probreg.observability import Observability
 from probreg.registration import HeldOut, RankedTerms, Registration
+from probreg.registration._residuals import components, report_residuals
 from probreg.report import _figures, _scene, _tables
 from probreg.report._provenance import Provenance, versions
-from probreg.report._residuals import components, report_residuals
 from probreg.report._units import Number, number
 from probreg.report._words import Sentence, matters, sentences
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from probreg.recordings import Recording
-from probreg.report._residuals import Component, Residuals
+from probreg.registration._residuals import Component, Residuals
 from probreg.report._style import AFTER, BEFORE, MARKERS, SENSORS, Panel, panel
 from probreg.report._units import SHOWN
 from probreg.sensors import Sensor

@@ -9,7 +9,7 @@ import numpy as np
 
 from probreg.posterior import Posterior
 from probreg.registration import Registration
-from probreg.report._residuals import Component, spread
+from probreg.registration._residuals import Component, spread
 from probreg.report._units import SHOWN, Number, decimals, number, percent
 from probreg.report._words import limit_text
 from probreg.typing import FloatArray

@@ -10,6 +10,10 @@ import numpy as np
 from probreg.registration import Registration
 from probreg.report._units import SHOWN, decimals, number, percent
 
+LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
+TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
+NOISE = (0.5, 2.0)  # scales of the noise beyond which declared accuracies are wrong
+
 
 class Wording(NamedTuple):
     """How a bias is spoken of: what is wrong, and how when it is above or below zero."""
@@ -79,13 +83,15 @@ def sentences(registration: Registration) -> list[Sentence]:
 
 
 def matters(registration: Registration) -> list[str]:
-    """Warnings that forbid to use the result unread; empty if there are none."""
+    """Warnings that forbid to use the result unread, causes first; empty if there are none."""
     said = [
         f"{v.name} exceeds its limit of {limit_text(registration, v.name, v.limit)} "
         f"(probability {percent(v.probability)})."
         for v in registration.verdicts
         if v.text == "exceeds"
     ]
+    said += _left_out(registration) + _model(registration)
+    said += [f"The draws are not to be trusted: {text}" for text in registration.draws.warnings]
     told = registration.determined
     said += [f"No residual shows {text}: only the prior says it." for text in told.hidden]
     said += [
@@ -93,12 +99,41 @@ def matters(registration: Registration) -> list[str]:
         for text in told.weak
         if text not in told.hidden
     ]
-    said += [f"The draws are not to be trusted: {text}" for text in registration.draws.warnings]
-    scored = registration.held_out
-    if scored is not None and scored.after_log_score < scored.before_log_score:
+    return said
+
+
+def _left_out(registration: Registration) -> list[str]:
+    """Sensors that much of the recording contradicts, worst first."""
+    share = registration.left_out
+    return [
+        f"{registration.recording.sensors[k].name}: {100.0 * share[k]:.0f} % of its reports fit no "
+        "other sensor: check units, north, place, identities."
+        for k in np.argsort(-share, kind="stable")
+        if share[k] > LEFT_OUT
+    ]
+
+
+def _model(registration: Registration) -> list[str]:
+    """What speaks against the biases, the noise, or the independence that were assumed."""
+    said = []
+    scored, ratio = registration.held_out, registration.cluster_ratio
+    bulk, every = registration.noise_scale
+    if scored is not None and scored.verdict == "worse":
         said.append(
             "Targets held out are predicted worse after correction than before: the biases of "
             "sensors.toml do not describe this recording."
+        )
+    if np.isfinite(ratio).all() and ratio.max() > TOGETHER:
+        worst = int(np.argmax(ratio))
+        said.append(
+            "Errors of one target's reports hang together: intervals are about "
+            f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
+            "Stamps rounded? Ranges slant? A term missing?"
+        )
+    if bulk > NOISE[1] or every < NOISE[0]:
+        said.append(
+            f"The noise is {bulk if bulk > NOISE[1] else every:.2g} times what sensors and "
+            "acceleration_m_s2 declare: check the accuracies."
         )
     return said
 

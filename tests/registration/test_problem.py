@@ -248,6 +248,15 @@ def test_what_only_the_reference_tells_is_spelt():
     assert found.hidden == ["a.azimuth + b.azimuth"]
     assert sorted(found.weak) == ["a.azimuth + b.azimuth", "a.range + b.range"]
     assert (found.share < 0.9).all()
+    # in prior standard deviations: a prior of the second azimuth half as wide counts it double
+    sd = problem.prior_sd.copy()
+    sd[problem.names.index("b.azimuth")] *= 0.5
+    found = determined(problem.linearise(problem.start), rows.T @ rows, GaussianPrior.from_sd(sd))
+    assert found.hidden == ["0.5 a.azimuth + b.azimuth"]
+    # what is less than a twentieth of the largest is left out
+    sd[problem.names.index("b.azimuth")] *= 0.02
+    found = determined(problem.linearise(problem.start), rows.T @ rows, GaussianPrior.from_sd(sd))
+    assert found.hidden == ["b.azimuth"]
 
 
 def test_a_row_of_short_span_borrows_its_velocity_from_its_neighbours():

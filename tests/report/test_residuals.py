@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from probreg.multisensor import bias_model
-from probreg.report._residuals import components, report_residuals, spread
+from probreg.registration._residuals import components, report_residuals, spread
 from probreg.report._units import decimals, number, percent
 from tests.registration.conftest import fly, sensors_2d, sensors_3d
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,10 +47,10 @@ def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> R
     own = np.zeros(shape) if recording.own_position is None else recording.own_position
     residual = np.full(values.shape, np.nan)
     for k, sensor in enumerate(recording.sensors):
-        found, expected = _interpolated(recording, time, where, k, setup.window_s)
-        said = turned(sensor, true_reports(sensor, expected, own[found]), -turn[found])
-        q = len(sensor.bias_names)
-        residual[found, :q] = _difference(sensor, values[found, :q], said)
+        line = between(recording, time, where, k, setup.window_s)
+        seen, q = line.rows, len(sensor.bias_names)
+        said = turned(sensor, true_reports(sensor, line.expected, own[seen]), -turn[seen])
+        residual[seen, :q] = _difference(sensor, values[seen, :q], said)
     return Residuals(time, where, values, residual)
 
 
@@ -61,15 +62,31 @@ def _difference(sensor: Sensor, reports: FloatArray, expected: FloatArray) -> Fl
     return left
 
 
-def _interpolated(
+class Between(NamedTuple):
+    """Reports between two of other sensors, and the line between those at their time.
+
+    Shapes (n,), (n,), (n,), (n,), (n,) and (n, d): reports, the others before and after, the share
+    of the gap gone, the gap in seconds, and where the line has the target.
+    """
+
+    rows: IntArray
+    left: IntArray
+    right: IntArray
+    share: FloatArray
+    gap: FloatArray
+    expected: FloatArray
+
+
+def between(
     recording: Recording, time: FloatArray, where: FloatArray, k: int, window_s: float
-) -> tuple[IntArray, FloatArray]:
+) -> Between:
     """Reports of sensor k between two of the others, and the line between those at its time."""
     known = recording.target >= 0
     mine = np.flatnonzero(known & (recording.sensor == k))
     others = np.flatnonzero(known & (recording.sensor != k) & np.isfinite(where[:, 0]))
     if not mine.size or len(others) < 2:
-        return mine[:0], where[:0]
+        none, zero_s = mine[:0], time[:0]
+        return Between(none, none, none, zero_s, zero_s, where[:0])
     others = others[np.lexsort((time[others], recording.target[others]))]
     # one number that orders by target, then time
     zero, span = time.min(), np.ptp(time) + 1.0
@@ -83,7 +100,8 @@ def _interpolated(
     fine &= (gap <= window_s) & (time[left] <= time[mine]) & (time[right] >= time[mine])
     mine, left, right, gap = mine[fine], left[fine], right[fine], gap[fine]
     share = np.divide(time[mine] - time[left], gap, out=np.zeros(len(gap)), where=gap > 0.0)
-    return mine, where[left] + share[:, None] * (where[right] - where[left])
+    expected = where[left] + share[:, None] * (where[right] - where[left])
+    return Between(mine, left, right, share, gap, expected)
 
 
 @dataclass(frozen=True)
