@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,16 +39,21 @@ def result_folder(folder: str | Path, command: str, *, overwrite: bool = False) 
     folder = Path(folder).absolute()
     _refuse_foreign(folder, command, overwrite)
     above = next(parent for parent in folder.parents if parent.is_dir())
-    try:
-        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".part", dir=above))
-    except OSError as error:
-        raise InvalidInputError(f"{folder} cannot be made: {error.strerror}.") from None
-    try:
+    part = above / f".{folder.name}.{secrets.token_hex(4)}.part"
+    try:  # before the folder is there, so that no interrupt finds it unguarded
+        _make(part, folder)
         yield part
         part.chmod(0o777 & ~_umask())
         _move(part, folder)
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _make(part: Path, folder: Path) -> None:
+    try:
+        part.mkdir(mode=0o700)
+    except OSError as error:
+        raise InvalidInputError(f"{folder} cannot be made: {error.strerror}.") from None
 
 
 def _refuse_foreign(folder: Path, command: str, overwrite: bool) -> None:
