@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -12,7 +13,7 @@ from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
-class Term:
+class Term(ABC):
     """A systematic error of a sensor, linear in one unknown coefficient.
 
     Parameters
@@ -33,19 +34,19 @@ class Term:
     stamp: ClassVar[float] = 0.0
 
     @property
+    @abstractmethod
     def name(self) -> str:
         """Name of the term."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def unit(self) -> str:
         """Unit of the coefficient."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def prior_sd(self) -> float:
         """Default prior standard deviation of the coefficient."""
-        raise NotImplementedError
 
     @property
     def owner(self) -> str:
@@ -53,13 +54,13 @@ class Term:
         return self.sensor.name
 
     @classmethod
+    @abstractmethod
     def of(cls, sensor: Sensor) -> tuple[Self, ...]:
         """The terms of this kind that a sensor can have."""
-        raise NotImplementedError
 
+    @abstractmethod
     def column(self, reports: FloatArray) -> FloatArray:
         """Derivative (n, q) of true reports (n, q) by the coefficient."""
-        raise NotImplementedError
 
 
 def component(sensor: Sensor, name: str, values: FloatArray | float, n: int) -> FloatArray:

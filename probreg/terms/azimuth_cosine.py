@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
-from probreg.sensors import Sensor
-from probreg.terms._term import Term, component
+from probreg.terms._azimuth_wave import AzimuthWave
 from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
-class AzimuthCosine(Term):
+class AzimuthCosine(AzimuthWave):
     """An eccentric azimuth encoder: the cosine of the azimuth, added to the azimuth."""
 
     @property
@@ -21,22 +19,6 @@ class AzimuthCosine(Term):
         """Name of the term."""
         return "azimuth_cosine"
 
-    @property
-    def unit(self) -> str:
-        """Unit of the coefficient."""
-        return "rad"
-
-    @property
-    def prior_sd(self) -> float:
-        """A tenth of a degree or two."""
-        return float(np.deg2rad(0.2))
-
-    @classmethod
-    def of(cls, sensor: Sensor) -> tuple[Self, ...]:
-        """Sensors that report azimuth."""
-        return (cls(sensor),) if "azimuth" in sensor.bias_names else ()
-
-    def column(self, reports: FloatArray) -> FloatArray:
-        """The cosine of the azimuth, in the azimuth."""
-        azimuth = reports[:, self.sensor.bias_names.index("azimuth")]
-        return component(self.sensor, "azimuth", np.cos(azimuth), len(reports))
+    def wave(self, azimuth: FloatArray) -> FloatArray:
+        """The cosine."""
+        return np.cos(azimuth)

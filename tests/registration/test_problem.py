@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.linalg import block_diag
 
 from probreg import BearingSensor, GaussianPrior
@@ -117,19 +118,22 @@ def test_simultaneous_reports_make_rows_at_rest():
     assert (moving.moving == 1).all()
 
 
-def test_coverage_of_least_squares_on_clean_recordings():
-    # 60 recordings, 4 biases: pooled z^2 sums to chi-square of 240; false alarm 1e-4
-    from scipy import stats
-
+def pooled(sensors, theta, recordings):
+    """Squared errors of least squares in its own covariance, summed over recordings."""
     total = 0.0
-    for seed in range(60):
-        made = fly(sensors_2d(), OFFSETS, seed=seed, targets=10, scans=8)
+    for seed in range(recordings):
+        made = fly(sensors, theta, seed=seed, targets=10, scans=8)
         problem = RecordingProblem(made.recording, made.setup)
         got = LeastSquares().estimate(problem)
         away = got.theta - vector(made, problem.names)
         total += away @ np.linalg.solve(got.covariance, away)
+    return total
+
+
+def test_coverage_of_least_squares_on_clean_recordings():
+    # 60 recordings, 4 biases: pooled z^2 sums to chi-square of 240; false alarm 1e-4
     low, high = stats.chi2.ppf([5e-5, 1 - 5e-5], 240)
-    assert low < total < high
+    assert low < pooled(sensors_2d(), OFFSETS, 60) < high
 
 
 def test_a_moving_platform_and_its_heading():
@@ -184,17 +188,8 @@ def test_bearings_enter_where_other_reports_place_the_target():
 
 def test_least_squares_with_bearings_covers():
     # 40 recordings, 6 unknowns: pooled z^2 is chi-square of 240; false alarm 1e-4
-    from scipy import stats
-
-    total = 0.0
-    for seed in range(40):
-        made = fly(with_bearings(), SEEN, seed=seed, targets=10, scans=8)
-        problem = RecordingProblem(made.recording, made.setup)
-        got = LeastSquares().estimate(problem)
-        away = got.theta - vector(made, problem.names)
-        total += away @ np.linalg.solve(got.covariance, away)
     low, high = stats.chi2.ppf([5e-5, 1 - 5e-5], 240)
-    assert low < total < high
+    assert low < pooled(with_bearings(), SEEN, 40) < high
 
 
 def test_a_report_moved_moves_its_own_row_only():

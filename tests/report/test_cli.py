@@ -67,13 +67,14 @@ def run(folder, reports, sensors, *more, name="reports.csv"):
     return CliRunner().invoke(app, ["register", *map(str, inputs)])
 
 
-def refused(found, folder, words):
+def refusal(found, folder):
+    """What a refused command said: one line on stderr, and nothing written."""
     assert found.exit_code == 1, found.output
     assert found.stdout == ""
     assert found.stderr.startswith("probreg: ")
     assert found.stderr.count("\n") == 1
-    assert words in found.stderr
     assert {path.name for path in folder.iterdir()} <= {"reports.csv", "r.parquet", "sensors.toml"}
+    return found.stderr
 
 
 def edited(text, change):
@@ -118,7 +119,7 @@ BAD_TABLES = {
 @pytest.mark.parametrize("name", BAD_TABLES)
 def test_a_bad_table_is_one_line_and_no_result(demo, tmp_path, name):
     change, words = BAD_TABLES[name]
-    refused(run(tmp_path, edited(demo[0], change), demo[1]), tmp_path, words)
+    assert words in refusal(run(tmp_path, edited(demo[0], change), demo[1]), tmp_path)
 
 
 BAD_FILES = {
@@ -133,12 +134,12 @@ BAD_FILES = {
 @pytest.mark.parametrize("name", BAD_FILES)
 def test_a_bad_file_is_one_line_and_no_result(demo, tmp_path, name):
     change, words = BAD_FILES[name]
-    refused(run(tmp_path, change(demo[0]), demo[1]), tmp_path, words)
+    assert words in refusal(run(tmp_path, change(demo[0]), demo[1]), tmp_path)
 
 
 def test_a_damaged_parquet_file_is_one_line_and_no_result(demo, tmp_path):
     found = run(tmp_path, b"PAR1 and nothing else", demo[1], name="r.parquet")
-    refused(found, tmp_path, "no complete Parquet file")
+    assert "no complete Parquet file" in refusal(found, tmp_path)
 
 
 BAD_SETUPS = {
@@ -153,15 +154,16 @@ BAD_SETUPS = {
 @pytest.mark.parametrize("name", BAD_SETUPS)
 def test_a_bad_setup_is_one_line_and_no_result(demo, tmp_path, name):
     change, words = BAD_SETUPS[name]
-    refused(run(tmp_path, demo[0], change(demo[1])), tmp_path, words)
+    assert words in refusal(run(tmp_path, demo[0], change(demo[1])), tmp_path)
 
 
 def test_missing_files_and_other_endings_are_one_line(demo, tmp_path):
-    refused(run(tmp_path, demo[0], demo[1], "--holdout", "1.5"), tmp_path, "holdout 1.5")
+    share = run(tmp_path, demo[0], demo[1], "--holdout", "1.5")
+    assert "holdout 1.5" in refusal(share, tmp_path)
     (tmp_path / "reports.csv").unlink()
     inputs = [str(tmp_path / "reports.csv"), "--sensors", str(tmp_path / "sensors.toml")]
     found = CliRunner().invoke(app, ["register", *inputs, "--out", str(tmp_path / "out")])
-    refused(found, tmp_path, "reports.csv")
+    assert "reports.csv" in refusal(found, tmp_path)
 
 
 def test_a_real_process_says_one_line_too(demo, tmp_path):
