@@ -115,14 +115,7 @@ def register(
     problem = RecordingProblem(recording, setup)
     prior = GaussianPrior.from_sd(problem.prior_sd)
     clock.stop("rows")
-    theta = _provisional(problem, prior, None)
-    for _ in range(_ROUNDS):
-        before = recording.target
-        recording, why = _associate_again(given, setup, theta)
-        problem = RecordingProblem(recording, setup)
-        theta = _provisional(problem, prior, theta)
-        if np.array_equal(before, recording.target):
-            break
+    recording, problem, theta, why = _identities(given, recording, setup, problem, prior)
     notes += _remarks.doubted(given, setup, why) + _remarks.stamps(given)
     clock.stop("provisional fit")
     linear = problem.linearise(theta)
@@ -168,6 +161,25 @@ def register(
         tuple(notes),
         clock.seconds,
     )
+
+
+def _identities(
+    given: Recording,
+    recording: Recording,
+    setup: Setup,
+    problem: RecordingProblem,
+    prior: GaussianPrior,
+) -> tuple[Recording, RecordingProblem, FloatArray, IntArray]:
+    """Associate with the biases known better and better; why each identity is doubted."""
+    theta = _provisional(problem, prior, None)
+    for _ in range(_ROUNDS):
+        before = recording.target
+        recording, why = _associate_again(given, setup, theta)
+        problem = RecordingProblem(recording, setup)
+        theta = _provisional(problem, prior, theta)
+        if np.array_equal(before, recording.target):
+            break
+    return recording, problem, theta, why
 
 
 def _provisional(
