@@ -17,13 +17,13 @@ from threadpoolctl import threadpool_limits
 from experiments.drift_scene import LAWS, joint_model
 from experiments.studies.mh import Config, trajectory
 from probreg import ReportProblem, arviz_adapter
+from probreg.motion.trajectory import Trajectory
 from probreg.noise import Gaussian, NoiseLaw, StudentT
-from probreg.path_posterior import PathPosterior
-from probreg.paths import GibbsPath, MetropolisPath, NutsPath, PathSampler
+from probreg.posterior.path_posterior import PathPosterior
 from probreg.samplers import Nuts
+from probreg.samplers.paths import GibbsPath, MetropolisPath, NutsPath, PathSampler
+from probreg.samplers.scans import Flat, GaussianMemory, ParticleMemory, ScanMetropolis, ScanTarget
 from probreg.scenarios.uturn import simulate
-from probreg.tracking import Flat, GaussianMemory, ParticleMemory, ScanMetropolis, ScanTarget
-from probreg.trajectory import Trajectory
 
 STEPS, BIAS = 1000, (4, 5)
 

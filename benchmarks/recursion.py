@@ -14,11 +14,17 @@ from threadpoolctl import threadpool_limits
 
 from probreg import ReportProblem
 from probreg.estimators import Recursive
-from probreg.estimators._recursion import Moves, recurse
-from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
-from probreg.noise._compiled import compile_scalar
-from probreg.noise._law import NoiseLaw
-from probreg.problem import RegistrationProblem
+from probreg.estimators._recursion import Drift, recurse
+from probreg.noise import (
+    Contaminated,
+    Gaussian,
+    Huber,
+    Hyperbolic,
+    NoiseLaw,
+    StudentT,
+    compile_scalar,
+)
+from probreg.problems.linear import LinearProblem
 from probreg.scenarios.ralad import CASES, simulate
 
 LAWS = {
@@ -35,7 +41,7 @@ def best(function: Callable[[], object], repeats: int) -> float:
     return min(timeit.repeat(function, number=1, repeat=repeats))
 
 
-def plain_numpy(problem: RegistrationProblem, law: NoiseLaw) -> np.ndarray:
+def plain_numpy(problem: LinearProblem, law: NoiseLaw) -> np.ndarray:
     """The paper's recursion row by row with m x m inverses, milliradians inside."""
     unit = np.array([1.0, 1e-3, 1e-3] * 2)
     b, P = np.zeros(6), 1e6 * np.eye(6)
@@ -49,7 +55,7 @@ def plain_numpy(problem: RegistrationProblem, law: NoiseLaw) -> np.ndarray:
     return b * unit
 
 
-def compiled_only(problem: RegistrationProblem, law: NoiseLaw) -> Callable[[], None]:
+def compiled_only(problem: LinearProblem, law: NoiseLaw) -> Callable[[], None]:
     """The loop alone, its inputs ready: what the paper's Table 6 times."""
     unit = np.array([1.0, 1e-3, 1e-3] * 2)
     rows = problem.whitened()
@@ -58,7 +64,7 @@ def compiled_only(problem: RegistrationProblem, law: NoiseLaw) -> Callable[[], N
     weights, path, none = np.empty((n, 3)), np.empty((n, 6)), np.empty((0, 6, 6))
     params = law.constants
     weight = compile_scalar(type(law).weight_function)
-    still = Moves(np.full(n, -1), np.empty((0, 6, 6)), np.empty((0, 6, 6)), 1.0)
+    still = Drift(np.full(n, -1), np.empty((0, 6, 6)), np.empty((0, 6, 6)), 1.0)
 
     def run() -> None:
         theta, root = np.zeros(6), 1e3 * np.eye(6)

@@ -13,12 +13,12 @@ import numpy as np
 from sklearn.linear_model import LinearRegression, RANSACRegressor
 from threadpoolctl import threadpool_limits
 
-from probreg import RegistrationProblem, ReportProblem
+from probreg import LinearProblem, ReportProblem
 from probreg.association import nearest_neighbours
 from probreg.estimators import Lms, Lts, Mm, ReweightedLeastSquares
 from probreg.joint import Consensus, Reassociation
-from probreg.reports import pair_up
 from probreg.scenarios.lts import READINGS, simulate
+from probreg.sensors.reports import pair_up
 
 
 def best(function: Callable[[], object], repeats: int) -> float:
@@ -26,7 +26,7 @@ def best(function: Callable[[], object], repeats: int) -> float:
     return 1e3 * min(timeit.repeat(function, number=1, repeat=repeats))
 
 
-def large_problem(pairs: int, wrong: float) -> RegistrationProblem:
+def large_problem(pairs: int, wrong: float) -> LinearProblem:
     """Targets of the LTS scene over many frames, a share of them wrongly paired."""
     rng = np.random.default_rng(0)
     scene = READINGS["symmetric"]
@@ -40,7 +40,7 @@ def large_problem(pairs: int, wrong: float) -> RegistrationProblem:
     return ReportProblem(AssociatedReports((first, second), data)).one_shot()
 
 
-def ransac(problem: RegistrationProblem) -> Callable[[], object]:
+def ransac(problem: LinearProblem) -> Callable[[], object]:
     """scikit-learn's RANSAC on the whitened equations, as many trials as LTS has subsets."""
     rows = problem.whitened()
     v, A = rows.v.ravel(), rows.A.reshape(-1, rows.A.shape[2])

@@ -18,7 +18,7 @@ from collections.abc import Callable
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from probreg import GaussianPrior, Posterior, RegistrationProblem, arviz_adapter
+from probreg import GaussianPrior, LinearProblem, Posterior, arviz_adapter
 from probreg.noise import StudentT
 from probreg.samplers import Gibbs, Importance, MetropolisHastings, Nuts, Sampler
 from probreg.typing import FloatArray
@@ -37,7 +37,7 @@ def make_data() -> tuple[FloatArray, FloatArray]:
 
 def fresh_posterior(y: FloatArray, B: FloatArray) -> Posterior:
     """A posterior with nothing cached: its mode is part of the time."""
-    problem = RegistrationProblem(y[:, None], B[:, None, :], np.ones((400, 1, 1)))
+    problem = LinearProblem(y[:, None], B[:, None, :], np.ones((400, 1, 1)))
     return Posterior(problem, StudentT(NU), GaussianPrior.from_sd(np.full(4, PRIOR_SD)))
 
 

@@ -13,17 +13,17 @@ from probreg import (
     BearingProblem,
     BearingReports,
     GaussianPrior,
+    LinearProblem,
     Posterior,
     Radar2D,
     Radar3D,
-    RegistrationProblem,
     ReportProblem,
 )
 from probreg.diagnostics import Case
-from probreg.moves import GlobalUniform, LocalGaussian
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, NoiseLaw, StudentT
 from probreg.prior import NoiseParameter
 from probreg.samplers import Exact, Gibbs, Importance, MetropolisHastings, Nuts, Sampler
+from probreg.samplers.moves import GlobalUniform, LocalGaussian
 from probreg.scenarios.ralad import RaladScene
 from probreg.scenarios.rekf import RekfScene
 from probreg.typing import FloatArray
@@ -77,7 +77,7 @@ def nuts() -> Nuts:
 
 
 @cache
-def design(geometry: str, rows: int) -> RegistrationProblem:
+def design(geometry: str, rows: int) -> LinearProblem:
     """Sensitivity and scale matrices of a pair of radars and targets that never change.
 
     "pair_2d": two 2-D radars 10 km apart; "pair_3d": the radars of the RALAD scene.
@@ -118,7 +118,7 @@ class LinearFamily:
         return Case(posterior, posterior.free(np.array([*theta, *values.values()])))
 
 
-def _roots(problem: RegistrationProblem) -> FloatArray:
+def _roots(problem: LinearProblem) -> FloatArray:
     """Symmetric roots of the scale matrices, which component-wise laws depend on."""
     values, vectors = np.linalg.eigh(problem.R)
     roots: FloatArray = (vectors * np.sqrt(values)[:, None, :]) @ np.swapaxes(vectors, 1, 2)

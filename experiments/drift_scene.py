@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from probreg import GaussianPrior
-from probreg.dynamics import Constant, Dynamics, NearConstantVelocity, RandomWalk, Together
+from probreg.motion.dynamics import Constant, Dynamics, NearConstantVelocity, RandomWalk, Together
+from probreg.motion.target_state import Target, follow_target
+from probreg.motion.trajectory import Trajectory
 from probreg.noise import Gaussian, NoiseLaw, StudentT
 from probreg.scenarios.uturn import UturnScene, simulate
-from probreg.target_state import Target, follow_target
-from probreg.trajectory import Trajectory
 
 BIAS_SD_M = 200.0
 # its variance is that of the Gaussian: R (nu - 2) / nu is the scale matrix, axis by axis

@@ -12,8 +12,8 @@ from experiments.study import StudyError
 from probreg import ReportProblem
 from probreg.association import nearest_neighbours, wrong_pairs
 from probreg.diagnostics import cramer_rao_bound
-from probreg.reports import AssociatedReports, SensorReports, pair_up
 from probreg.scenarios.lts import READINGS, LtsScene, LtsTruth, simulate
+from probreg.sensors.reports import AssociatedReports, SensorReports, pair_up
 from probreg.typing import FloatArray
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from probreg.estimators import Estimate, Estimator, ExtendedKalman, LinesOfSight, Recursive
 from probreg.estimators import RecursiveTls as Rtls
 from probreg.noise import Gaussian, Igg3, StudentT
-from probreg.reports import BearingReports
+from probreg.sensors.reports import BearingReports
 from probreg.typing import FloatArray
 
 LINES = LinesOfSight(Recursive(Gaussian(), omega=1e8))

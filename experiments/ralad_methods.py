@@ -13,9 +13,9 @@ from experiments.study import StudyError
 from probreg import ReportProblem
 from probreg.estimators import Estimate, Estimator, Recursive
 from probreg.noise import Gaussian, Huber, Hyperbolic
-from probreg.problem import Problem, RegistrationProblem
-from probreg.reports import AssociatedReports, smoothed_positions
+from probreg.problems.linear import LinearProblem, Problem
 from probreg.scenarios.ralad import CASES, RaladScene, RaladTruth
+from probreg.sensors.reports import AssociatedReports, smoothed_positions
 from probreg.typing import FloatArray
 
 READINGS = ("true", "smooth", "measured")
@@ -51,9 +51,7 @@ class RaladConfig:
         return {**dataclasses.asdict(self), "scene": dataclasses.asdict(self.scene)}
 
 
-def readings(
-    data: AssociatedReports, truth: RaladTruth, window: int
-) -> dict[str, RegistrationProblem]:
+def readings(data: AssociatedReports, truth: RaladTruth, window: int) -> dict[str, LinearProblem]:
     """The one-shot linear problem with B and R evaluated in three ways.
 
     "true": at the noise-free position (the letter of equation 4; needs truth); "smooth": at

@@ -4,14 +4,12 @@ A problem and a noise law make a posterior; estimators and samplers are ways to 
 Report = truth + bias + noise, in metres and radians.
 """
 
-from probreg.bearings import BearingProblem
-from probreg.contrast import ReportProblem
 from probreg.errors import ImproperLawError, InvalidInputError, ProbregError, UnobservableError
 from probreg.posterior import Posterior
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
-from probreg.reports import AssociatedReports, BearingReports, SensorReports
+from probreg.problems import BearingProblem, LinearProblem, ReportProblem
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D, Tracker2D
+from probreg.sensors.reports import AssociatedReports, BearingReports, SensorReports
 
 __version__ = "0.1.0"
 
@@ -23,12 +21,12 @@ __all__ = [
     "GaussianPrior",
     "ImproperLawError",
     "InvalidInputError",
+    "LinearProblem",
     "PositionSensor",
     "Posterior",
     "ProbregError",
     "Radar2D",
     "Radar3D",
-    "RegistrationProblem",
     "ReportProblem",
     "SensorReports",
     "Tracker2D",

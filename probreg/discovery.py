@@ -27,7 +27,7 @@ def public_classes(package: ModuleType) -> dict[str, type]:
     """
     found = {}
     for entry in pkgutil.iter_modules(package.__path__):
-        if entry.name.startswith("_"):
+        if entry.name.startswith("_") or entry.ispkg:
             continue
         module = importlib.import_module(f"{package.__name__}.{entry.name}")
         own = [

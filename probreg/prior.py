@@ -5,14 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise import NoiseLaw
-from probreg.problem import Problem
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_definite, positive_number
+
+
+class Unknowns(Protocol):
+    """What a prior asks of a problem: its unknowns, where they start, and how large they are."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+
+    @property
+    def start(self) -> FloatArray:
+        """Where the problem is linearised first, shape (p,)."""
+
+    @property
+    def prior_sd(self) -> FloatArray:
+        """Standard deviations of the default prior about `start`, shape (p,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +70,12 @@ class GaussianPrior:
         return cls(np.broadcast_to(mean, sd.shape), np.diag(sd**2))
 
     @classmethod
-    def default(cls, problem: Problem) -> GaussianPrior:
+    def default(cls, problem: Unknowns) -> GaussianPrior:
         """Independent prior with the scales of the problem's sensors, about its start."""
         return cls.from_sd(problem.prior_sd, problem.start)
 
     @classmethod
-    def by_name(cls, problem: Problem, given: Mapping[str, tuple[float, float]]) -> GaussianPrior:
+    def by_name(cls, problem: Unknowns, given: Mapping[str, tuple[float, float]]) -> GaussianPrior:
         """Independent prior with (mean, sd) of named unknowns, the others by default.
 
         Raises

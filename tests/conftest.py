@@ -11,16 +11,16 @@ from probreg import (
     AssociatedReports,
     BearingReports,
     BearingSensor,
+    LinearProblem,
     Radar2D,
     Radar3D,
-    RegistrationProblem,
     ReportProblem,
 )
 from probreg.scenarios.ralad import RaladScene, RaladTruth, simulate
 
 
 class Linear(NamedTuple):
-    problem: RegistrationProblem
+    problem: LinearProblem
     theta: np.ndarray
 
 
@@ -41,7 +41,7 @@ def linear_problem(seed: int, n: int = 60, m: int = 3, p: int = 4, noise: float 
     R = random_covariances(rng, n, m)
     B, theta = rng.normal(size=(n, m, p)), rng.normal(size=p)
     errors = np.linalg.cholesky(R) @ rng.normal(size=(n, m, 1))
-    return Linear(RegistrationProblem(B @ theta + noise * errors[..., 0], B, R), theta)
+    return Linear(LinearProblem(B @ theta + noise * errors[..., 0], B, R), theta)
 
 
 def radar_pair(names: tuple[str, str] = ("i", "j")) -> tuple[Radar3D, Radar3D]:

@@ -14,39 +14,8 @@ from probreg.discovery import public_classes
 
 PACKAGE = Path(probreg.__file__).parent
 # lower rooms first; a module may import its own room and those before it
-ROOMS = [
-    {"errors", "typing", "discovery"},
-    {"validation", "_linalg", "_intervals", "_resampling"},
-    {"geometry", "_sightlines"},
-    {"sensors"},
-    {"terms"},
-    {"noise"},
-    {"reports", "association", "observability"},
-    {"recordings"},
-    {"scenarios"},
-    {"problem"},
-    {"prior"},
-    {"contrast", "bearings", "multisensor"},
-    {"linking"},
-    {"dynamics", "_kalman", "_state_space"},
-    {"trajectory"},
-    {"target_state"},
-    {"reweighting"},
-    {"path_posterior"},
-    {"posterior", "_laplace", "torch_bridge"},
-    {"estimators", "arviz_adapter"},
-    {"moves"},
-    {"samplers"},
-    {"paths", "tracking"},
-    {"joint", "hierarchy"},
-    {"diagnostics"},
-    {"registration"},
-    {"report"},
-    {"_terminal"},
-    {"cli"},
-    {"__main__"},
-]
-LEVEL = {name: level for level, names in enumerate(ROOMS) for name in names}
+ROOMS = ["errors", "typing", "discovery", "validation", "arviz_adapter", "numerics", "noise", "sensors", "recordings", "prior", "motion", "association", "scenarios", "problems", "posterior", "estimators", "samplers", "joint", "diagnostics", "registration", "page", "cli", "__main__"]
+LEVEL = {name: level for level, name in enumerate(ROOMS)}
 
 
 def modules():
@@ -78,9 +47,18 @@ def test_imports_run_downwards(path):
 
 
 @pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_no_room_looks_into_the_private_modules_of_another(path):
+    for name in imported(path):
+        parts = name.split(".")
+        if parts[0] == "probreg" and len(parts) > 2 and parts[1] != room(path):
+            private = [part for part in parts[2:] if part.startswith("_")]
+            assert not private, f"{room(path)} imports {name}: make it {parts[1]}'s public face"
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_computing_never_plots_and_studies_stay_outside(path):
     forbidden = {"experiments", "paper_figs", "tests"} | (
-        set() if room(path) in {"report", "cli"} else {"matplotlib"}
+        set() if room(path) in {"page", "cli"} else {"matplotlib"}
     )
     assert not {name.split(".")[0] for name in imported(path)} & forbidden
 

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from probreg.geometry import wrap_angle
-from probreg.hierarchy import Pooled, pool
 from probreg.recordings import Recording, Setup, autoferry
 from probreg.registration import Registration, register
+from probreg.registration.hierarchy import Pooled, pool
+from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray
 
 VARIABLE = "PROBREG_DATA"

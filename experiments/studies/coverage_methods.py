@@ -19,7 +19,7 @@ from probreg.diagnostics import normal_interval
 from probreg.estimators import Estimator, Irls, LeastSquares, Recursive
 from probreg.noise import Contaminated, Gaussian, Hyperbolic, NoiseLaw, StudentT
 from probreg.prior import NoiseParameter
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
 from probreg.samplers import Importance
 from probreg.scenarios.ralad import CASES, RaladScene, simulate
 from probreg.typing import FloatArray
@@ -102,7 +102,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
 
 def _draw(
     config: Config, rng: np.random.Generator
-) -> tuple[RegistrationProblem, GaussianPrior, FloatArray]:
+) -> tuple[LinearProblem, GaussianPrior, FloatArray]:
     """One data set as a linear problem, the default prior, and the true biases."""
     if config.data == "ralad":
         data, truth = simulate(config.scene, rng)
@@ -113,7 +113,7 @@ def _draw(
     return problem.one_shot(), GaussianPrior.default(problem), frame.truth.bias
 
 
-def _claimed(method: Estimator, problem: RegistrationProblem, config: Config) -> FloatArray:
+def _claimed(method: Estimator, problem: LinearProblem, config: Config) -> FloatArray:
     """Intervals (probability, p, 2) from an estimate and the covariance it claims."""
     estimate = method.estimate(problem)
     covariance = estimate.covariance

@@ -13,9 +13,16 @@ import numpy as np
 import xarray as xr
 
 from experiments.drift_scene import LAWS, joint_model, settings
-from probreg.path_posterior import PathPosterior
-from probreg.paths import GibbsPath, MetropolisPath, NutsPath, PathDraws, PathSampler, StepScale
+from probreg.posterior.path_posterior import PathPosterior
 from probreg.samplers import Nuts
+from probreg.samplers.paths import (
+    GibbsPath,
+    MetropolisPath,
+    NutsPath,
+    PathDraws,
+    PathSampler,
+    StepScale,
+)
 from probreg.typing import FloatArray, IntArray
 
 SCANS = 20

@@ -18,12 +18,13 @@ from experiments.drift_scene import LAWS, joint_dynamics, joint_model, settings
 from probreg.diagnostics import normal_interval
 from probreg.estimators import Recursive
 from probreg.estimators.recursive import after_each_time
+from probreg.motion.trajectory import Trajectory
 from probreg.noise import Gaussian, Huber, Hyperbolic, NoiseLaw
-from probreg.path_posterior import PathPosterior
-from probreg.paths import GibbsPath, MetropolisPath, NutsPath, PathSampler
+from probreg.posterior.path_posterior import PathPosterior
+from probreg.problems import as_rows
 from probreg.samplers import Nuts
-from probreg.tracking import GaussianMemory, ParticleFilter, ScanMetropolis
-from probreg.trajectory import Trajectory
+from probreg.samplers.paths import GibbsPath, MetropolisPath, NutsPath, PathSampler
+from probreg.samplers.scans import GaussianMemory, ParticleFilter, ScanMetropolis
 from probreg.typing import FloatArray
 
 BIAS = slice(4, 6)
@@ -153,7 +154,7 @@ def _normal(mean: FloatArray, covariance: FloatArray) -> Found:
 
 
 def _recursive(estimator: Recursive, model: Trajectory) -> Found:
-    problem = model.rows()
+    problem = as_rows(model)
     return _normal(*after_each_time(estimator.estimate(problem, model.prior), problem))
 
 

@@ -24,7 +24,7 @@ from probreg.estimators import (
 )
 from probreg.joint import Consensus, Reassociation
 from probreg.noise import StudentT
-from probreg.reports import pair_up
+from probreg.sensors.reports import pair_up
 from probreg.typing import FloatArray
 
 

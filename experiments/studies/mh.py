@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from probreg import GaussianPrior, RegistrationProblem, ReportProblem
+from probreg import GaussianPrior, LinearProblem, ReportProblem
 from probreg.diagnostics import normal_interval
-from probreg.dynamics import Constant, RandomWalk
+from probreg.motion.dynamics import Constant, RandomWalk
+from probreg.motion.trajectory import Trajectory
+from probreg.problems import as_trajectory
+from probreg.samplers.scans import AccumulatedMemory, Flat, GaussianMemory, ScanMetropolis
 from probreg.scenarios.uturn import UturnScene, simulate
-from probreg.tracking import AccumulatedMemory, Flat, GaussianMemory, ScanMetropolis
-from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
 FORMS = ("reference", "pair")
@@ -113,15 +114,15 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
 def trajectory(config: Config, problem: ReportProblem) -> Trajectory:
     """The sensor's own two biases; those of what it is compared with are known to be zero."""
     linear = problem.linearise(np.zeros(4))
-    own = RegistrationProblem(
+    own = LinearProblem(
         linear.y, linear.B[:, :, :2], linear.R, linear.time, linear.names[:2], linear.units[:2]
     )
     if config.drifting:
         # zero before the first scan: one step of drift at it
         rate = config.scene("reference").drift_variance_m2 * np.ones(2)
-        return Trajectory.drifting(own, RandomWalk(rate), GaussianPrior.from_sd(np.sqrt(rate)))
+        return as_trajectory(own, RandomWalk(rate), GaussianPrior.from_sd(np.sqrt(rate)))
     prior = GaussianPrior.from_sd(np.full(2, config.constant_prior_sd_m))
-    return Trajectory.drifting(own, Constant(), prior)
+    return as_trajectory(own, Constant(), prior)
 
 
 def _follow(

@@ -14,18 +14,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from probreg import GaussianPrior, RegistrationProblem, ReportProblem
+from probreg import GaussianPrior, LinearProblem, ReportProblem
 from probreg.diagnostics import normal_interval
-from probreg.dynamics import Constant, Dynamics, RandomWalk
 from probreg.estimators import Irls, Recursive
 from probreg.estimators.recursive import after_each_time
+from probreg.motion.dynamics import Constant, Dynamics, RandomWalk
+from probreg.motion.trajectory import Trajectory
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, NoiseLaw, StudentT
-from probreg.path_posterior import PathPosterior
-from probreg.paths import GibbsPath, NutsPath, PathSampler
+from probreg.posterior.path_posterior import PathPosterior
+from probreg.problems import as_trajectory
 from probreg.samplers import Nuts
+from probreg.samplers.paths import GibbsPath, NutsPath, PathSampler
+from probreg.samplers.scans import AllScans, GaussianMemory, ScanMetropolis, ScanTarget
 from probreg.scenarios.ralad import CASES, RaladScene, simulate
-from probreg.tracking import AllScans, GaussianMemory, ScanMetropolis, ScanTarget
-from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
 STUDENT = StudentT(2.0)
@@ -97,7 +98,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
     # one linear form for all: at a robust fit of constant biases
     linear = problem.linearise(Irls(Hyperbolic()).estimate(problem).theta)
     prior = GaussianPrior.from_sd(problem.prior_sd)
-    model = Trajectory.drifting(linear, config.dynamics, prior)
+    model = as_trajectory(linear, config.dynamics, prior)
     late = slice(config.settle_scans, None)
     square, held, width, seconds = [], [], [], []
     for method in methods(config, linear, model, prior).values():
@@ -127,7 +128,7 @@ Method = Callable[[np.random.Generator], Found]
 
 
 def methods(
-    config: Config, linear: RegistrationProblem, model: Trajectory, prior: GaussianPrior
+    config: Config, linear: LinearProblem, model: Trajectory, prior: GaussianPrior
 ) -> dict[str, Method]:
     """Every method by its name in the figure; all but those that forget know the drift."""
 
@@ -160,7 +161,7 @@ def methods(
     }
 
 
-def _recursive(estimator: Recursive, linear: RegistrationProblem, prior: GaussianPrior) -> Found:
+def _recursive(estimator: Recursive, linear: LinearProblem, prior: GaussianPrior) -> Found:
     estimate = estimator.estimate(linear, prior)
     mean, covariance = after_each_time(estimate, linear)
     return Found(mean, normal_interval(mean, covariance, 0.9))

@@ -15,9 +15,9 @@ import xarray as xr
 from experiments.studies.mh import Config as SceneConfig
 from experiments.studies.mh import trajectory
 from probreg import ReportProblem, arviz_adapter
+from probreg.motion.trajectory import Trajectory
+from probreg.samplers.scans import Flat, GaussianMemory, ScanMetropolis, ScanTarget, Track
 from probreg.scenarios.uturn import simulate
-from probreg.tracking import Flat, GaussianMemory, ScanMetropolis, ScanTarget, Track
-from probreg.trajectory import Trajectory
 from probreg.typing import FloatArray
 
 TARGETS: dict[str, ScanTarget] = {"flat": Flat(), "sequential": GaussianMemory()}

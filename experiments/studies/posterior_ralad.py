@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from experiments.ralad_methods import readings
-from probreg import GaussianPrior, Posterior, RegistrationProblem, ReportProblem
+from probreg import GaussianPrior, LinearProblem, Posterior, ReportProblem
 from probreg.diagnostics import compare_laws, outlier_probability
 from probreg.estimators import Recursive
 from probreg.noise import Contaminated, Gaussian, Hyperbolic, NoiseLaw, StudentT
@@ -105,10 +105,10 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
 
 
 def _compare(
-    found: dict[str, Draws], problem: RegistrationProblem, some: IntArray, draws: int
+    found: dict[str, Draws], problem: LinearProblem, some: IntArray, draws: int
 ) -> tuple[list[float], list[float], list[float]]:
     """Leave-one-out on some rows of the posterior given all rows, in the order of LAWS."""
-    fewer = RegistrationProblem(
+    fewer = LinearProblem(
         problem.y[some], problem.B[some], problem.R[some], None, problem.names, problem.units
     )
     part = {

@@ -22,7 +22,7 @@ from experiments.ralad_methods import (
 )
 from probreg.estimators import Lms, Recursive
 from probreg.estimators.recursive import innovation_covariances
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
 from probreg.scenarios.ralad import simulate
 from probreg.typing import FloatArray
 
@@ -69,7 +69,7 @@ def replicate(config: RaladConfig, rng: np.random.Generator) -> xr.Dataset:
 
 
 def _apply(
-    problem: RegistrationProblem,
+    problem: LinearProblem,
     recursive: dict[str, Recursive],
     lms: Lms,
     lms_seed: int,
@@ -94,7 +94,7 @@ def _apply(
     return finals, claims, paths, seconds
 
 
-def _single_precision_shift(config: RaladConfig, problem: RegistrationProblem) -> list[np.ndarray]:
+def _single_precision_shift(config: RaladConfig, problem: LinearProblem) -> list[np.ndarray]:
     """What single precision changes in the final estimates: the paper's stability claim."""
     shifts = []
     for method in recursive_methods(config).values():
@@ -104,7 +104,7 @@ def _single_precision_shift(config: RaladConfig, problem: RegistrationProblem) -
 
 
 def _conditions(
-    config: RaladConfig, problem: RegistrationProblem
+    config: RaladConfig, problem: LinearProblem
 ) -> dict[str, tuple[tuple[str, ...], Any]]:
     """Log10 ratios of condition numbers along a track of either kind, each method with its own P.
 

@@ -17,7 +17,7 @@ from probreg import AssociatedReports, ReportProblem
 from probreg.diagnostics import cramer_rao_bound
 from probreg.estimators import Estimator, Irls, LeastSquares, Recursive
 from probreg.noise import Contaminated, Hyperbolic, StudentT
-from probreg.problem import Problem, RegistrationProblem
+from probreg.problems.linear import LinearProblem, Problem
 from probreg.scenarios.ralad import RaladTruth, simulate
 
 
@@ -90,8 +90,8 @@ def _clean(
     """The rows with the right pairing and nominal noise: what an oracle would keep."""
     keep = truth.clean
     problem = problems[reading]
-    if isinstance(problem, RegistrationProblem):
-        return RegistrationProblem(
+    if isinstance(problem, LinearProblem):
+        return LinearProblem(
             problem.y[keep], problem.B[keep], problem.R[keep], None, problem.names, problem.units
         )
     return ReportProblem(AssociatedReports(data.sensors, tuple(v[keep] for v in data.values)))

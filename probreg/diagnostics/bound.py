@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.problem import Problem, RegistrationProblem
-from probreg.reweighting import spd_inverse
+from probreg.posterior.reweighting import spd_inverse
+from probreg.problems.linear import LinearProblem, Problem
 from probreg.typing import FloatArray
 
 
@@ -58,7 +58,7 @@ def cramer_rao_path(
     return path
 
 
-def _informations(linear: RegistrationProblem, law: NoiseLaw) -> FloatArray:
+def _informations(linear: LinearProblem, law: NoiseLaw) -> FloatArray:
     """Fisher information of each row, shape (n, p, p)."""
     rows = linear.whitened()
     found = np.einsum("nmp,nmq->npq", rows.A, rows.A)

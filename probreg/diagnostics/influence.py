@@ -11,7 +11,7 @@ from probreg.errors import InvalidInputError
 from probreg.estimators import Estimator
 from probreg.noise import NoiseLaw
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, RegistrationProblem
+from probreg.problems.linear import LinearProblem, Problem
 from probreg.typing import FloatArray
 from probreg.validation import finite_array
 
@@ -57,7 +57,7 @@ def empirical_influence(
 
 
 def m_influence(
-    linear: RegistrationProblem, noise: NoiseLaw, row: int, shifts: FloatArray, component: int = 0
+    linear: LinearProblem, noise: NoiseLaw, row: int, shifts: FloatArray, component: int = 0
 ) -> FloatArray:
     """First-order influence of a row on the M-estimate under a noise law, shape (k, p).
 
@@ -66,7 +66,7 @@ def m_influence(
 
     Parameters
     ----------
-    linear : RegistrationProblem
+    linear : LinearProblem
         At the true unknowns, and best without noise in B.
     noise : NoiseLaw
     row, component : int

@@ -12,7 +12,7 @@ from scipy.special import bdtr, bdtrc
 
 from probreg.diagnostics.coverage import Coverage
 from probreg.errors import InvalidInputError
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.samplers import Draws, Sampler
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import open_share

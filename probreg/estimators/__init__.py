@@ -1,7 +1,7 @@
 """Estimators, one method a module, each a frozen dataclass of its settings."""
 
 from probreg.estimators._estimate import Estimate, Estimator
-from probreg.estimators._subsets import required_subsets
+from probreg.estimators._subsets import elemental_subsets, required_subsets, subset_solutions
 from probreg.estimators.extended_kalman import ExtendedKalman
 from probreg.estimators.irls import Irls
 from probreg.estimators.least_squares import LeastSquares
@@ -28,5 +28,7 @@ __all__ = [
     "RecursiveTls",
     "ReweightedLeastSquares",
     "TotalLeastSquares",
+    "elemental_subsets",
     "required_subsets",
+    "subset_solutions",
 ]

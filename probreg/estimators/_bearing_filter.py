@@ -7,7 +7,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from probreg.geometry import azimuth_and_gradient, wrap
+from probreg.sensors.geometry import azimuth_and_gradient, wrap
 from probreg.typing import FloatArray, IntArray
 
 STATES = 5  # x, y, velocity x, velocity y, bearing bias

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.problem import Problem
+from probreg.problems.bearings import BearingProblem
+from probreg.problems.linear import Problem
 from probreg.typing import IntArray
 
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray, IntArray
 
 

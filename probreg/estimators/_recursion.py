@@ -16,7 +16,7 @@ import numpy as np
 from probreg.typing import FloatArray, IntArray
 
 
-class Moves(NamedTuple):
+class Drift(NamedTuple):
     """How the unknowns move before each row.
 
     Attributes
@@ -44,7 +44,7 @@ def recurse(
     params: FloatArray,
     unit: float,
     componentwise: bool,
-    moves: Moves,
+    drift: Drift,
     theta: FloatArray,
     S: FloatArray,
     weights: FloatArray,
@@ -61,8 +61,8 @@ def recurse(
     f = np.empty(p, dtype=v.dtype)
     g = np.empty(p, dtype=v.dtype)
     for i in range(n):
-        if moves.at[i] >= 0:
-            _move(moves.F[moves.at[i]], moves.roots[moves.at[i]], moves.grow, theta, S)
+        if drift.at[i] >= 0:
+            _move(drift.F[drift.at[i]], drift.roots[drift.at[i]], drift.grow, theta, S)
         d2 = 0.0
         for c in range(size[i]):
             e = v[i, c]

@@ -12,7 +12,7 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, Whitened
+from probreg.problems.linear import Problem, Whitened
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import whole_number
 

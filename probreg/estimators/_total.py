@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.noise import NoiseLaw
+from probreg.problems.bearings import BearingProblem
 from probreg.typing import FloatArray
 
 LENGTH_UNIT = 1e3  # the criterion (H X - Z)^2 / (1 + X'X) is posed in kilometres

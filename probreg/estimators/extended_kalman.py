@@ -7,16 +7,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._bearing_filter import STATES, filter_bearings
 from probreg.estimators._bearings import in_time, require_bearings, take_first
 from probreg.estimators._estimate import Estimate, in_rows
-from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._compiled import compile_scalar
-from probreg.noise._law import require_scalar_law
+from probreg.noise import Gaussian, NoiseLaw, compile_scalar, require_scalar_law
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.bearings import BearingProblem
+from probreg.problems.linear import Problem
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 

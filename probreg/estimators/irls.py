@@ -10,9 +10,9 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate, Estimator
 from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from probreg.estimators._estimate import Estimate
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.linear import Problem
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.estimators._bearings import require_bearings
 from probreg.estimators._estimate import Estimate, Estimator
 from probreg.estimators.least_squares import LeastSquares
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.bearings import BearingProblem
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
 
 

@@ -22,10 +22,10 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
+from probreg.posterior.reweighting import spd_inverse
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, Whitened
-from probreg.reweighting import spd_inverse
+from probreg.problems.linear import Problem, Whitened
 from probreg.typing import IntArray
 
 

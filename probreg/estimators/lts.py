@@ -22,9 +22,9 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, Whitened
+from probreg.problems.linear import Problem, Whitened
 from probreg.typing import FloatArray, IntArray
 
 

@@ -14,7 +14,7 @@ from probreg.estimators.irls import Irls
 from probreg.estimators.lts import Lts
 from probreg.noise import Tukey
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
 from probreg.validation import positive_number
 

@@ -7,16 +7,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from probreg._kalman import semidefinite_root
-from probreg.dynamics import Constant, Dynamics
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate, in_rows
-from probreg.estimators._recursion import Moves, recurse
-from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.noise._compiled import compile_scalar
-from probreg.noise._law import require_scalar_law
+from probreg.estimators._recursion import Drift, recurse
+from probreg.motion.dynamics import Constant, Dynamics
+from probreg.noise import Hyperbolic, NoiseLaw, compile_scalar, require_scalar_law
+from probreg.numerics.kalman import semidefinite_root
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem, RegistrationProblem
+from probreg.problems.linear import LinearProblem, Problem
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import positive_number
 
@@ -135,7 +133,7 @@ class Recursive:
 
     def _run(
         self,
-        linear: RegistrationProblem,
+        linear: LinearProblem,
         start: tuple[FloatArray, FloatArray],
         unit: FloatArray,
         passes: int,
@@ -159,7 +157,7 @@ class Recursive:
             params,
             float(self.noise.unit),
             self.noise.componentwise,
-            self._moves(linear, order, unit, dtype),
+            self._drift(linear, order, unit, dtype),
             theta,
             root,
             weights,
@@ -188,15 +186,13 @@ class Recursive:
             linear.units,
         )
 
-    def _moves(
-        self, linear: RegistrationProblem, order: IntArray, unit: FloatArray, dtype: Any
-    ) -> Moves:
+    def _drift(self, linear: LinearProblem, order: IntArray, unit: FloatArray, dtype: Any) -> Drift:
         """The steps between rows of different times, in scaled units."""
         n, p = len(order), len(unit)
         at = np.full(n, -1)
         if isinstance(self.dynamics, Constant) and self.forgetting == 1.0:
             empty = np.zeros((0, p, p), dtype=dtype)
-            return Moves(at, empty, empty, dtype(1.0))
+            return Drift(at, empty, empty, dtype(1.0))
         if linear.time is None:
             raise InvalidInputError("unknowns that drift need the times of the rows.")
         gaps = np.diff(linear.time[order])
@@ -207,7 +203,7 @@ class Recursive:
         Q = [Q / np.outer(unit, unit) for _, Q in steps]
         roots = np.array([semidefinite_root(np.ascontiguousarray(q)) for q in Q]).reshape(-1, p, p)
         grow = dtype(1.0 / np.sqrt(self.forgetting))
-        return Moves(at, F.astype(dtype), roots.astype(dtype), grow)
+        return Drift(at, F.astype(dtype), roots.astype(dtype), grow)
 
     def _start(
         self, problem: Problem, prior: GaussianPrior | None
@@ -217,16 +213,14 @@ class Recursive:
         return problem.start, np.sqrt(self.omega) * np.diag(problem.scale)
 
 
-def after_each_time(
-    estimate: Estimate, linear: RegistrationProblem
-) -> tuple[FloatArray, FloatArray]:
+def after_each_time(estimate: Estimate, linear: LinearProblem) -> tuple[FloatArray, FloatArray]:
     """Estimates (T, p) and covariances (T, p, p) when all rows of each time have been taken.
 
     Parameters
     ----------
     estimate : Estimate
         Of `Recursive(covariance_path=True)`.
-    linear : RegistrationProblem
+    linear : LinearProblem
         The problem it was run on, with times.
     """
     assert linear.time is not None
@@ -237,7 +231,7 @@ def after_each_time(
 
 
 def innovation_covariances(
-    estimate: Estimate, linear: RegistrationProblem, omega: float, rows: slice = slice(None)
+    estimate: Estimate, linear: LinearProblem, omega: float, rows: slice = slice(None)
 ) -> tuple[FloatArray, FloatArray]:
     """B P B' before each row (k, m, m), and the equivalent noise R^.5 diag(1 / w) R^.5.
 
@@ -245,7 +239,7 @@ def innovation_covariances(
     ----------
     estimate : Estimate
         Of `Recursive(covariance_path=True)` without a prior, rows in time order.
-    linear : RegistrationProblem
+    linear : LinearProblem
         The problem it was run on.
     omega : float
         Its start.

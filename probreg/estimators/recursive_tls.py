@@ -7,18 +7,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import _total
 from probreg.estimators._bearings import in_time, require_bearings
 from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._subsets import refuse_prior
 from probreg.estimators._tls_recursion import follow_lines
-from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._compiled import compile_scalar
-from probreg.noise._law import require_law, require_scalar_law
+from probreg.noise import Gaussian, NoiseLaw, compile_scalar, require_law, require_scalar_law
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.bearings import BearingProblem
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
 from probreg.validation import positive_number
 

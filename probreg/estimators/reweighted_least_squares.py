@@ -12,10 +12,10 @@ from probreg.estimators._estimate import Estimate
 from probreg.estimators._subsets import Unit, check_unit, refuse_prior, squares, unit_weights
 from probreg.estimators.lts import Lts
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
+from probreg.posterior.reweighting import spd_inverse
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
-from probreg.reweighting import spd_inverse
+from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
 from probreg.validation import positive_number
 

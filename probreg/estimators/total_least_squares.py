@@ -7,16 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg.bearings import BearingProblem
 from probreg.errors import InvalidInputError
 from probreg.estimators import _total
 from probreg.estimators._bearings import require_bearings
 from probreg.estimators._estimate import Estimate, Estimator
 from probreg.estimators._subsets import refuse_prior
-from probreg.noise import Gaussian, NoiseLaw
-from probreg.noise._law import require_scalar_law
+from probreg.noise import Gaussian, NoiseLaw, require_scalar_law
 from probreg.prior import GaussianPrior
-from probreg.problem import Problem
+from probreg.problems.bearings import BearingProblem
+from probreg.problems.linear import Problem
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from probreg.association import squared_distances
 from probreg.errors import InvalidInputError
 from probreg.estimators import Estimate
-from probreg.reports import SensorReports
+from probreg.sensors.reports import SensorReports
 from probreg.typing import FloatArray, IntArray
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from probreg.association import Objective, assign
-from probreg.contrast import ReportProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import Estimate, Estimator, ReweightedLeastSquares
 from probreg.joint._frames import corrected_distances, require_reports, with_pairs
-from probreg.reports import SensorReports, pair_up
+from probreg.problems.contrast import ReportProblem
+from probreg.sensors.reports import SensorReports, pair_up
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import positive_number
 

@@ -14,7 +14,8 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 ========================  =====================================  ========================
 """
 
-from probreg.noise._law import NoiseLaw
+from probreg.noise._compiled import apply_same, compile_scalar
+from probreg.noise._law import NoiseLaw, require_law, require_scalar_law
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
@@ -36,4 +37,8 @@ __all__ = [
     "ScaleMixture",
     "StudentT",
     "Tukey",
+    "apply_same",
+    "compile_scalar",
+    "require_law",
+    "require_scalar_law",
 ]

@@ -1,6 +1,35 @@
 """Recordings of real sensors, one file format a module, all read into the same data type."""
 
+from probreg.recordings._bias_model import BiasModel, bias_model
+from probreg.recordings._correction import correct, corrected_values, restore
+from probreg.recordings._observing import (
+    Seen,
+    counter_clockwise,
+    gives_position,
+    observe,
+    places,
+    true_reports,
+    turned,
+    turns,
+)
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 
-__all__ = ["UNKNOWN", "Recording", "Setup"]
+__all__ = [
+    "UNKNOWN",
+    "BiasModel",
+    "Recording",
+    "Seen",
+    "Setup",
+    "bias_model",
+    "correct",
+    "corrected_values",
+    "counter_clockwise",
+    "gives_position",
+    "observe",
+    "places",
+    "restore",
+    "true_reports",
+    "turned",
+    "turns",
+]

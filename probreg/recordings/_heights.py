@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import _columns as columns
 from probreg.recordings._setup import Setup
 from probreg.recordings._slant import raised, site, target_places
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import Sensor
+from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray, IntArray
 
 

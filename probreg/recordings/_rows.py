@@ -11,13 +11,13 @@ import numpy as np
 import pyarrow as pa
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import azimuth_from_north, wrap_angle
 from probreg.recordings import _columns as columns
-from probreg.recordings._formats import format_of
 from probreg.recordings._heights import convergence, positions, signed
 from probreg.recordings._kinds import UNITS
 from probreg.recordings._setup import Setup
+from probreg.recordings.formats import format_of
 from probreg.sensors import Sensor
+from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 from probreg.typing import FloatArray, IntArray
 
 COMPASS = ("azimuth", "bearing")  # components that count from a north

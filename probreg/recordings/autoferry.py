@@ -26,10 +26,10 @@ from typing import Any
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import azimuth_from_north, cartesian_to_polar
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Sensor
+from probreg.sensors.geometry import azimuth_from_north, cartesian_to_polar
 from probreg.typing import FloatArray, IntArray
 
 ORIGIN = (63.4389029083, 10.39908278, 39.923)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from probreg.geometry import azimuth_from_north, wrap_angle
 from probreg.recordings._columns import COMPONENTS, OWN
-from probreg.recordings._files import replacing
-from probreg.recordings._formats import format_of
 from probreg.recordings._heights import convergence, signed
 from probreg.recordings._recording import Recording
 from probreg.recordings._rows import COMPASS, factor
 from probreg.recordings._setup import Setup
+from probreg.recordings.files import replacing
+from probreg.recordings.formats import format_of
+from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 
 
 def create(path: str | Path, recording: Recording, setup: Setup) -> None:

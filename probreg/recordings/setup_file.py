@@ -32,7 +32,6 @@ from pathlib import Path
 from typing import Any
 
 from probreg.errors import InvalidInputError
-from probreg.recordings._files import replacing
 from probreg.recordings._kinds import (
     KINDS,
     PLACE,
@@ -47,6 +46,7 @@ from probreg.recordings._kinds import (
     to_table,
 )
 from probreg.recordings._setup import Setup
+from probreg.recordings.files import replacing
 from probreg.recordings.local_frame import LocalFrame
 from probreg.validation import positive_number
 

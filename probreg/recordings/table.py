@@ -25,17 +25,17 @@ import numpy as np
 import pyarrow as pa
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import _columns as columns
 from probreg.recordings import checks
-from probreg.recordings._files import replacing
-from probreg.recordings._formats import format_of
 from probreg.recordings._heights import bring_down, places, slanted
 from probreg.recordings._recording import Recording
 from probreg.recordings._rows import Rows, factor
 from probreg.recordings._setup import Setup
 from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
+from probreg.recordings.files import replacing
+from probreg.recordings.formats import format_of
 from probreg.sensors import Sensor
+from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray, IntArray
 
 ROW_LIMIT = 10_000_000

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg.multisensor import gives_position
-from probreg.recordings import Recording, Setup
+from probreg.recordings import Recording, Setup, gives_position
 from probreg.registration._fit import thinned
-from probreg.registration._residuals import (
+from probreg.registration.residuals import (
     Between,
     Residuals,
     between,

@@ -11,9 +11,9 @@ import numpy as np
 from probreg.diagnostics import Ranked, compare_laws
 from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated, NoiseLaw
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
 from probreg.registration._laws import LawChoice
 from probreg.samplers import Importance
 from probreg.typing import FloatArray
@@ -40,7 +40,7 @@ class Chosen(NamedTuple):
 
 
 def choose_law(
-    linear: RegistrationProblem,
+    linear: LinearProblem,
     prior: GaussianPrior,
     laws: Sequence[LawChoice],
     rng: np.random.Generator,
@@ -82,9 +82,7 @@ def law_at(posterior: Posterior, x: FloatArray) -> NoiseLaw:
     return dataclasses.replace(posterior.noise, **changed)  # type: ignore[type-var]
 
 
-def outlier_shares(
-    linear: RegistrationProblem, theta: FloatArray, law: NoiseLaw | None
-) -> FloatArray:
+def outlier_shares(linear: LinearProblem, theta: FloatArray, law: NoiseLaw | None) -> FloatArray:
     """Probability (n,) that rows are outliers under the contaminated law; NaN without it."""
     rows = linear.whitened()
     if not isinstance(law, Contaminated):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import NoiseLaw
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
 from probreg.typing import FloatArray, IntArray
 
 FEWEST_TARGETS = 10  # below, a sum over targets says next to nothing about its own spread
 
 
 def cluster_ratio(
-    linear: RegistrationProblem,
+    linear: LinearProblem,
     law: NoiseLaw,
     target: IntArray,
     theta: FloatArray,
@@ -25,7 +25,7 @@ def cluster_ratio(
 
     Parameters
     ----------
-    linear : RegistrationProblem
+    linear : LinearProblem
         Rows linearised at the mode.
     law : NoiseLaw
     target : ndarray of int, shape (rows,)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw
+from probreg.posterior.reweighting import Reweighted
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
-from probreg.reweighting import Reweighted
+from probreg.problems.linear import LinearProblem
+from probreg.problems.recording import RecordingProblem
 from probreg.typing import FloatArray, IntArray
 
 _PASSES = 12
@@ -23,7 +23,7 @@ def settle(
     theta: FloatArray,
     *,
     near: bool = False,
-) -> tuple[FloatArray, RegistrationProblem]:
+) -> tuple[FloatArray, LinearProblem]:
     """The mode, and the linear problem tangent within a fiftieth of a standard deviation of it.
 
     Unless theta is `near` the mode, the first pass takes a robust start.
@@ -39,13 +39,13 @@ def settle(
     return theta, linear
 
 
-def some_rows(linear: RegistrationProblem, rows: IntArray) -> RegistrationProblem:
+def some_rows(linear: LinearProblem, rows: IntArray) -> LinearProblem:
     """Some of the rows of a linear problem, no wider than they need."""
     assert linear.size is not None
     assert linear.time is not None
     size = linear.size[rows]
     m = int(size.max())
-    return RegistrationProblem(
+    return LinearProblem(
         linear.y[rows, :m],
         linear.B[rows, :m],
         linear.R[rows, :m, :m],

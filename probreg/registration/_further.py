@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from probreg.recordings import Setup
-from probreg.terms import known_terms
+from probreg.sensors.terms import known_terms
 
 GIVEN = "as in the setup"
 

@@ -8,12 +8,12 @@ import numpy as np
 from scipy import stats
 
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw
+from probreg.posterior.reweighting import Reweighted
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
+from probreg.problems.recording import RecordingProblem
 from probreg.registration._fit import some_rows
-from probreg.reweighting import Reweighted
 from probreg.typing import FloatArray, IntArray
 
 _STANDARD_ERRORS = 2.0
@@ -82,7 +82,7 @@ def split_targets(
 
 def held_out(
     problem: RecordingProblem,
-    linear: RegistrationProblem,
+    linear: LinearProblem,
     law: NoiseLaw,
     prior: GaussianPrior,
     share: float,
@@ -115,7 +115,7 @@ def held_out(
     )
 
 
-def log_score(linear: RegistrationProblem, law: NoiseLaw, theta: FloatArray) -> FloatArray:
+def log_score(linear: LinearProblem, law: NoiseLaw, theta: FloatArray) -> FloatArray:
     """Log-density of every row at theta, shape (n,)."""
     rows = linear.whitened()
     return np.asarray(law.log_density(rows.residual(theta), rows.size) - 0.5 * rows.log_det)

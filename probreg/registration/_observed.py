@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from probreg.observability import Observability
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
+from probreg.problems.observability import Observability
 from probreg.typing import FloatArray
 
 WEAK = 1.0  # information of the data over that of the prior, below which the prior decides
@@ -39,14 +39,12 @@ class Determined:
     share: FloatArray
 
 
-def determined(
-    linear: RegistrationProblem, information: FloatArray, prior: GaussianPrior
-) -> Determined:
+def determined(linear: LinearProblem, information: FloatArray, prior: GaussianPrior) -> Determined:
     """Compare the information (p, p) of the data with that of the prior.
 
     Parameters
     ----------
-    linear : RegistrationProblem
+    linear : LinearProblem
     information : ndarray, shape (p, p)
         Of the data alone, under the law chosen.
     prior : GaussianPrior

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from probreg.diagnostics import Ranked
-from probreg.multisensor import RecordingProblem, correct, restore
-from probreg.posterior import Posterior
-from probreg.recordings import Recording, Setup
+from probreg.posterior.posterior import Posterior
+from probreg.problems.recording import RecordingProblem
+from probreg.recordings import Recording, Setup, correct, restore
 from probreg.registration._held_out import HeldOut
 from probreg.registration._observed import Determined
 from probreg.samplers import Draws

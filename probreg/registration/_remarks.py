@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from probreg.linking import OFF_PATH, TOO_FAST
-from probreg.posterior import Posterior
+from probreg.association import OFF_PATH, TOO_FAST
+from probreg.posterior.posterior import Posterior
 from probreg.recordings import Recording, Setup
 from probreg.recordings.checks import several_at_once
 from probreg.registration._accuracy import Accuracy

@@ -8,13 +8,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from probreg.association import associate, doubts
 from probreg.errors import InvalidInputError
-from probreg.linking import associate, doubts
-from probreg.multisensor import RecordingProblem
 from probreg.noise import NoiseLaw, StudentT
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
+from probreg.posterior.reweighting import Reweighted
 from probreg.prior import GaussianPrior
-from probreg.problem import RegistrationProblem
+from probreg.problems.linear import LinearProblem
+from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording, Setup
 from probreg.registration import _remarks
 from probreg.registration._accuracy import accuracies
@@ -25,9 +26,7 @@ from probreg.registration._held_out import held_out
 from probreg.registration._laws import LAWS, LawChoice
 from probreg.registration._observed import determined
 from probreg.registration._registration import Registration, Verdict
-from probreg.reweighting import Reweighted
-from probreg.samplers import Draws, Gibbs, Importance, MetropolisHastings
-from probreg.samplers._draws import PARETO_K
+from probreg.samplers import PARETO_K, Draws, Gibbs, Importance, MetropolisHastings
 from probreg.typing import FloatArray, IntArray
 
 PROVISIONAL = StudentT(3.0)  # bears half of the rows being wrong
@@ -215,14 +214,14 @@ def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Dra
     return sampler.sample(posterior, a_chain, _CHAINS, rng)
 
 
-def _information(linear: RegistrationProblem, law: NoiseLaw, prior: GaussianPrior) -> FloatArray:
+def _information(linear: LinearProblem, law: NoiseLaw, prior: GaussianPrior) -> FloatArray:
     fit = Reweighted(linear, law, prior)
     return fit.normal_matrix(linear.whitened(), fit.mode().weights) - prior.precision
 
 
 def _contaminated(
     chosen: Chosen,
-    linear: RegistrationProblem,
+    linear: LinearProblem,
     prior: GaussianPrior,
     rng: np.random.Generator,
 ) -> NoiseLaw | None:

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.multisensor import RecordingProblem, plan_rows
 from probreg.noise import NoiseLaw, StudentT
+from probreg.posterior.reweighting import Reweighted
 from probreg.prior import GaussianPrior
+from probreg.problems.recording import RecordingProblem, plan_rows
 from probreg.recordings import Recording, Setup
 from probreg.registration._fit import settle, some_rows
 from probreg.registration._held_out import log_score
-from probreg.reweighting import Reweighted
 from probreg.typing import FloatArray, IntArray
 
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from probreg import arviz_adapter
-from probreg._intervals import equal_tailed
 from probreg.arviz_adapter import Convergence
-from probreg.posterior import Posterior
+from probreg.numerics.intervals import equal_tailed
+from probreg.posterior.posterior import Posterior
 from probreg.typing import FloatArray
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.moves.laplace_t import LaplaceT
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
+from probreg.samplers.moves.laplace_t import LaplaceT
 from probreg.typing import FloatArray
 from probreg.validation import sampling_run
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise import Gaussian
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.samplers._draws import Draws
 from probreg.samplers._start import require_target
 

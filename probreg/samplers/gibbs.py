@@ -9,8 +9,8 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise import ScaleMixture
-from probreg.posterior import Posterior
-from probreg.problem import Whitened
+from probreg.posterior.posterior import Posterior
+from probreg.problems.linear import Whitened
 from probreg.samplers._draws import Draws
 from probreg.samplers._start import require_target, start_states
 from probreg.typing import BoolArray, FloatArray

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg import arviz_adapter
-from probreg._resampling import systematic
 from probreg.errors import InvalidInputError
-from probreg.moves import LaplaceT
-from probreg.posterior import Posterior
+from probreg.numerics.resampling import systematic
+from probreg.posterior.posterior import Posterior
 from probreg.samplers._draws import Draws
 from probreg.samplers._start import require_target
+from probreg.samplers.moves import LaplaceT
 from probreg.validation import positive_number
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.moves import LaplaceT, LocalGaussian, Move, Proposal
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
 from probreg.samplers._draws import Draws
 from probreg.samplers._start import require_target, start_states
+from probreg.samplers.moves import LaplaceT, LocalGaussian, Move, Proposal
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from probreg.arviz_adapter import MIN_DRAWS
 from probreg.errors import InvalidInputError
-from probreg.posterior import Posterior
+from probreg.posterior.posterior import Posterior
+from probreg.posterior.torch_bridge import as_torch, borrowed_torch
 from probreg.samplers._draws import Draws
 from probreg.samplers._start import require_target, start_states
-from probreg.torch_bridge import as_torch, borrowed_torch
 from probreg.typing import FloatArray
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.reports import BearingReports
 from probreg.sensors import BearingSensor
+from probreg.sensors.reports import BearingReports
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 # first and last report (numbered as the paper does) and size in standard deviations

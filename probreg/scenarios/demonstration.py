@@ -12,7 +12,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import new_table, setup_file
-from probreg.recordings._files import replacing
+from probreg.recordings.files import replacing
 from probreg.scenarios.traffic import TrafficScene, simulate
 
 SCENE = TrafficScene(reports=6_000, wrong_share=0.05, outlier_share=0.02)

@@ -11,8 +11,8 @@ import numpy as np
 
 from probreg.association import Objective
 from probreg.errors import InvalidInputError
-from probreg.reports import SensorReports
 from probreg.sensors import Tracker2D
+from probreg.sensors.reports import SensorReports
 from probreg.typing import FloatArray, IntArray
 
 NOMINAL_SIGMA_M = 1.0  # scale of the rows where the noise is zero

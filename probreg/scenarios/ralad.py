@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.reports import AssociatedReports
 from probreg.sensors import Radar3D
+from probreg.sensors.reports import AssociatedReports
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 

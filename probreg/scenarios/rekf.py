@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.reports import BearingReports
 from probreg.scenarios._passive import OutlierTable, PassiveTruth, report, sizes
 from probreg.sensors import BearingSensor
+from probreg.sensors.reports import BearingReports
 
 # none; or noise of that many times the standard deviation, as the paper's table is titled;
 # or an error of that many standard deviations to one side, which fits the paper's curves

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.reports import BearingReports
 from probreg.scenarios._passive import OutlierTable, PassiveTruth, report, sizes
 from probreg.sensors import BearingSensor
+from probreg.sensors.reports import BearingReports
 
 TABLE: OutlierTable = (
     (101, 110, -3.0),

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import Recording, Setup
 from probreg.scenarios._flights import ENTRY_RADIUS_M, Flights, draw_flights
 from probreg.sensors import Radar2D, Radar3D, Sensor
+from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 

@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.reports import AssociatedReports
 from probreg.sensors import PositionSensor
+from probreg.sensors.reports import AssociatedReports
 from probreg.typing import FloatArray
 
 Form = Literal["reference", "pair"]

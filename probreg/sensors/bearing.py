@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg import geometry
 from probreg.errors import InvalidInputError
+from probreg.sensors import geometry
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, refuse_degrees
 

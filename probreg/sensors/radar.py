@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from probreg import geometry
-from probreg._linalg import weighted_gram
 from probreg.errors import InvalidInputError
+from probreg.numerics.linalg import weighted_gram
+from probreg.sensors import geometry
 from probreg.sensors._sensor import settle
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, refuse_degrees

@@ -14,8 +14,8 @@ from probreg import (
     BearingReports,
     BearingSensor,
     GaussianPrior,
+    LinearProblem,
     Radar2D,
-    RegistrationProblem,
     ReportProblem,
     UnobservableError,
 )
@@ -113,7 +113,7 @@ def test_the_order_of_three_sensors_does_not_matter(estimator):
 def test_the_unit_of_a_parameter_does_not_matter(estimator):
     problem, _theta = linear_problem(2, n=300)
     factor = np.array([1.0, 1e3, 1.0, 1e-2])
-    other = RegistrationProblem(problem.y, problem.B / factor, problem.R)
+    other = LinearProblem(problem.y, problem.B / factor, problem.R)
     # omega is a variance in the problem's units, so a recursion is given its start
     start = None, None
     if isinstance(estimator, Recursive):

@@ -13,8 +13,15 @@ from scipy.integrate import quad
 import probreg.noise
 from probreg.discovery import public_classes
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
-from probreg.noise._compiled import apply_same, compile_scalar
+from probreg.noise import (
+    Contaminated,
+    Gaussian,
+    Huber,
+    Hyperbolic,
+    StudentT,
+    apply_same,
+    compile_scalar,
+)
 
 # settings beside the defaults, so that every branch of a law is walked
 EXTRA = [Hyperbolic(0.5), Hyperbolic(1e-3, piecewise_at=1.345), Hyperbolic(0.3, piecewise_at=0.8)]

@@ -7,8 +7,8 @@ import pytest
 
 from probreg import PositionSensor, Radar2D, Radar3D
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
-from probreg.terms import add_terms, known_terms, remove_terms
+from probreg.sensors.geometry import wrap_angle
+from probreg.sensors.terms import add_terms, known_terms, remove_terms
 
 SENSORS = (
     Radar2D((0.0, 0.0), 20.0, 2e-3, "flat"),

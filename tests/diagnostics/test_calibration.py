@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from probreg import GaussianPrior, Posterior, RegistrationProblem
+from probreg import GaussianPrior, LinearProblem, Posterior
 from probreg.diagnostics import (
     Case,
     Coverage,
@@ -45,7 +45,7 @@ class Family:
         values = {p.name: p.sample(rng, self.noise) for p in self.unknown}
         law = type(self.noise)(**{**vars(self.noise), **values})
         noise = (symmetric_roots(design.R) @ law.sample(rng, self.n, 2)[..., None])[..., 0]
-        problem = RegistrationProblem(design.B @ theta + noise, design.B, design.R)
+        problem = LinearProblem(design.B @ theta + noise, design.B, design.R)
         posterior = Posterior(problem, self.noise, PRIOR, self.unknown)
         return Case(posterior, posterior.free(np.array([*theta, *values.values()])))
 
@@ -207,7 +207,7 @@ def test_leave_one_out_is_that_of_refitting_without_the_row():
     expected = []
     for k in range(25):
         keep = np.arange(25) != k
-        rest = RegistrationProblem(problem.y[keep], problem.B[keep], problem.R[keep])
+        rest = LinearProblem(problem.y[keep], problem.B[keep], problem.R[keep])
         laplace = Posterior(rest, Gaussian(), PRIOR).laplace
         spread = problem.B[k] @ laplace.covariance @ problem.B[k].T + problem.R[k]
         law = stats.multivariate_normal(problem.B[k] @ laplace.mean, spread)
@@ -237,7 +237,7 @@ def test_rows_that_are_outliers_are_told():
     problem = Family(Gaussian(), n=60)(rng).posterior.problem
     y = problem.y.copy()
     y[:6] += 25.0
-    spoiled = RegistrationProblem(y, problem.B, problem.R)
+    spoiled = LinearProblem(y, problem.B, problem.R)
     draws = draws_under(Contaminated(0.1, 10.0), spoiled)
     probability = outlier_probability(draws)
     assert (probability[:6] > 0.99).all()
@@ -265,7 +265,7 @@ def test_comparisons_refuse_what_they_cannot_compare():
 
 def test_the_same_rows_in_other_units_are_not_the_same():
     problem = Family(Gaussian())(np.random.default_rng(1)).posterior.problem
-    km = RegistrationProblem(problem.y / 1e3, problem.B / 1e3, problem.R / 1e6)
+    km = LinearProblem(problem.y / 1e3, problem.B / 1e3, problem.R / 1e6)
     with pytest.raises(InvalidInputError, match="of other units"):
         compare_laws({"m": draws_under(StudentT(), problem), "km": draws_under(Gaussian(), km)})
 

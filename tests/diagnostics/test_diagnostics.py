@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from probreg import RegistrationProblem, UnobservableError
+from probreg import LinearProblem, UnobservableError
 from probreg.diagnostics import bias, cramer_rao_bound, rmse
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.estimators import Irls, LeastSquares
@@ -42,7 +42,7 @@ def test_maximum_likelihood_attains_the_bound(law):
     for _ in range(400):
         # the noise is spherical in whitened coordinates of any root
         noise = (root @ law.sample(rng, 400, 3)[..., None])[..., 0]
-        problem = RegistrationProblem(base.B @ theta + noise, base.B, base.R)
+        problem = LinearProblem(base.B @ theta + noise, base.B, base.R)
         fits.append(Irls(law).estimate(problem).theta - theta)
     ratio = np.mean(np.square(fits), axis=0) / bound
     assert (np.abs(ratio - 1.0) < 5 * np.sqrt(2 / 400)).all()
@@ -52,7 +52,7 @@ def test_maximum_likelihood_attains_the_bound(law):
         worse = []
         for _ in range(400):
             noise = (root @ law.sample(rng, 400, 3)[..., None])[..., 0]
-            problem = RegistrationProblem(base.B @ theta + noise, base.B, base.R)
+            problem = LinearProblem(base.B @ theta + noise, base.B, base.R)
             worse.append(LeastSquares().estimate(problem).theta - theta)
         assert (np.mean(np.square(worse), axis=0) / bound > 1 + 5 * np.sqrt(2 / 400)).all()
 
@@ -60,7 +60,7 @@ def test_maximum_likelihood_attains_the_bound(law):
 def test_bound_of_rows_of_different_length_is_that_of_their_information():
     one, _ = linear_problem(3, n=20, m=2)
     two, theta = linear_problem(4, n=30, m=3)
-    pad = RegistrationProblem(
+    pad = LinearProblem(
         np.concatenate([np.pad(one.y, ((0, 0), (0, 1))), two.y]),
         np.concatenate([np.pad(one.B, ((0, 0), (0, 1), (0, 0))), two.B]),
         np.concatenate([np.pad(one.R, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 1.0]), two.R]),
@@ -77,7 +77,7 @@ def test_bound_refuses_what_has_none():
     problem, theta = linear_problem(5)
     with pytest.raises(ImproperLawError, match="information"):
         cramer_rao_bound(problem, theta, Tukey())
-    blind = RegistrationProblem(problem.y, problem.B * [1.0, 1.0, 1.0, 0.0], problem.R)
+    blind = LinearProblem(problem.y, problem.B * [1.0, 1.0, 1.0, 0.0], problem.R)
     with pytest.raises(UnobservableError):
         cramer_rao_bound(blind, theta)
 

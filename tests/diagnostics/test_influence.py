@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from probreg import AssociatedReports, BearingProblem, RegistrationProblem, ReportProblem
+from probreg import AssociatedReports, BearingProblem, LinearProblem, ReportProblem
 from probreg.diagnostics import (
     cramer_rao_bound,
     cramer_rao_path,
@@ -47,7 +47,7 @@ def test_theory_is_the_mean_of_what_happens(law):
     for _ in range(40):
         noise = (root @ rng.standard_normal((400, 2, 1)))[..., 0]
         noise[7] = 0.0
-        problem = RegistrationProblem(design.B @ theta + noise, design.B, design.R)
+        problem = LinearProblem(design.B @ theta + noise, design.B, design.R)
         moved.append(empirical_influence(Irls(law), problem, 7, 2.0 * SHIFTS))
     theory = m_influence(design, law, 7, 2.0 * SHIFTS)
     np.testing.assert_allclose(np.mean(moved, axis=0), theory, atol=0.03 * np.abs(theory).max())

@@ -7,7 +7,7 @@ import pytest
 import statsmodels.api as sm
 from scipy.optimize import minimize
 
-from probreg import GaussianPrior, Posterior, RegistrationProblem, ReportProblem, UnobservableError
+from probreg import GaussianPrior, LinearProblem, Posterior, ReportProblem, UnobservableError
 from probreg.errors import InvalidInputError
 from probreg.estimators import Irls, LeastSquares, Lms
 from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Hyperbolic, StudentT, Tukey
@@ -20,7 +20,7 @@ def contaminated(seed=1, n=300, m=3):
     rng = np.random.default_rng(seed + 100)
     bad = rng.random(n) < 0.1
     y = problem.y + 20.0 * bad[:, None] * rng.normal(size=problem.y.shape)
-    return RegistrationProblem(y, problem.B, problem.R), theta
+    return LinearProblem(y, problem.B, problem.R), theta
 
 
 def stacked(problem):
@@ -150,7 +150,7 @@ def test_a_prior_counts_as_an_observation():
     problem, _ = linear_problem(3, n=200)
     B = problem.B * [1.0, 1.0, 1.0, 0.0]
     prior = GaussianPrior.from_sd(np.full(4, 10.0))
-    blind = RegistrationProblem(problem.y, B, problem.R)
+    blind = LinearProblem(problem.y, B, problem.R)
     for law in (Gaussian(), StudentT(4.0), Huber()):
         estimate = Irls(law).estimate(blind, prior)
         assert estimate.sd[3] == pytest.approx(10.0)
@@ -199,9 +199,7 @@ def test_relinearised_estimate_is_stationary():
 
 def test_redescending_laws_start_from_least_absolute_deviation():
     problem, theta = contaminated()
-    far = RegistrationProblem(
-        problem.y + 500.0 * (np.arange(300)[:, None] < 60), problem.B, problem.R
-    )
+    far = LinearProblem(problem.y + 500.0 * (np.arange(300)[:, None] < 60), problem.B, problem.R)
     good = Irls(Tukey()).estimate(far)
     assert np.abs(good.theta - theta).max() < 0.5
     started = Irls(Tukey(), start=Lms(subsets=500)).estimate(far, rng=np.random.default_rng(0))
@@ -218,7 +216,7 @@ def test_lms_finds_the_exact_fit_of_the_majority():
     problem, theta = linear_problem(4, n=60, noise=0.0)
     y = problem.y.copy()
     y[:24] += 50.0  # 40 % of the rows shifted the same way
-    spoiled = RegistrationProblem(y, problem.B, problem.R)
+    spoiled = LinearProblem(y, problem.B, problem.R)
     for unit in ("row", "equation"):
         estimate = Lms(unit).estimate(spoiled, rng=np.random.default_rng(1))
         np.testing.assert_allclose(estimate.theta, theta, atol=1e-8)
@@ -251,7 +249,7 @@ def test_lms_scale_is_right_for_rows_of_different_length():
     two, _ = linear_problem(6, n=200, m=1)
     rng = np.random.default_rng(0)
     y = two.B @ theta + np.sqrt(two.R[:, :, 0]) * rng.normal(size=(200, 1))
-    wide = RegistrationProblem(
+    wide = LinearProblem(
         np.concatenate([one.y, np.pad(y, ((0, 0), (0, 2)))]),
         np.concatenate([one.B, np.pad(two.B, ((0, 0), (0, 2), (0, 0)))]),
         np.concatenate([one.R, np.pad(two.R, ((0, 0), (0, 2), (0, 2))) + np.diag([0.0, 1.0, 1.0])]),

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.linalg import sqrtm
 
-from probreg import GaussianPrior, RegistrationProblem, ReportProblem
-from probreg.dynamics import LinearGaussian, RandomWalk
+from probreg import GaussianPrior, LinearProblem, ReportProblem
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators import LeastSquares, Recursive
 from probreg.estimators.recursive import innovation_covariances
+from probreg.motion.dynamics import LinearGaussian, RandomWalk
 from probreg.noise import Contaminated, Gaussian, HardReject, Huber, Hyperbolic, StudentT
-from probreg.trajectory import Trajectory
+from probreg.problems import as_trajectory
 from tests.conftest import PAIR_BIAS, linear_problem, polar_reports, radar_pair
 
 PAPER_UNITS = np.array([1.0, 1e-3, 1e-3] * 2)
@@ -105,7 +105,7 @@ def test_every_prefix_of_the_path_is_a_batch_solution():
     prior = GaussianPrior(np.ones(4), 4.0 * np.eye(4))
     path = Recursive(Gaussian()).estimate(problem, prior).path
     for k in (1, 2, 7, 30):
-        part = RegistrationProblem(problem.y[:k], problem.B[:k], problem.R[:k])
+        part = LinearProblem(problem.y[:k], problem.B[:k], problem.R[:k])
         np.testing.assert_allclose(
             path[k - 1], LeastSquares().estimate(part, prior).theta, rtol=1e-9
         )
@@ -114,7 +114,7 @@ def test_every_prefix_of_the_path_is_a_batch_solution():
 def test_rows_are_taken_in_order_of_time():
     problem, _ = linear_problem(5, n=50)
     shuffled = np.random.default_rng(0).permutation(50)
-    timed = RegistrationProblem(
+    timed = LinearProblem(
         problem.y[shuffled], problem.B[shuffled], problem.R[shuffled], shuffled.astype(float)
     )
     one, two = (Recursive(Hyperbolic()).estimate(p) for p in (problem, timed))
@@ -125,7 +125,7 @@ def test_rows_are_taken_in_order_of_time():
 
 def test_padded_rows_are_the_short_rows():
     problem, _ = linear_problem(6, n=40, m=2)
-    wide = RegistrationProblem(
+    wide = LinearProblem(
         np.pad(problem.y, ((0, 0), (0, 1))),
         np.pad(problem.B, ((0, 0), (0, 1), (0, 0))),
         np.pad(problem.R, ((0, 0), (0, 1), (0, 1))) + np.diag([0.0, 0.0, 1.0]),
@@ -140,7 +140,7 @@ def test_covariance_stays_positive_definite_in_plain_si_units(small_ralad):
     # P0 = omega I in metres and radians: the plain update loses definiteness here
     data, truth = small_ralad
     si = ReportProblem(data).one_shot([truth.positions])
-    bare = RegistrationProblem(si.y, si.B, si.R)  # no units: omega is taken as it is
+    bare = LinearProblem(si.y, si.B, si.R)  # no units: omega is taken as it is
     estimate = Recursive(Hyperbolic(), omega=1e12, covariance_path=True).estimate(bare)
     assert np.isfinite(estimate.path).all()
     scale = np.sqrt(np.einsum("nii->ni", estimate.info["covariance_path"]))
@@ -156,7 +156,7 @@ def test_a_rejected_row_leaves_the_state_alone():
     problem, _ = linear_problem(7, n=30)
     y = problem.y.copy()
     y[20] += 1e4
-    spoiled = RegistrationProblem(y, problem.B, problem.R)
+    spoiled = LinearProblem(y, problem.B, problem.R)
     prior = GaussianPrior(np.zeros(4), 4.0 * np.eye(4))
     estimate = Recursive(HardReject(8.0)).estimate(spoiled, prior)
     assert estimate.weights[20] == 0.0
@@ -165,7 +165,7 @@ def test_a_rejected_row_leaves_the_state_alone():
 
 def test_rejecting_every_row_is_an_error():
     problem, _ = linear_problem(7, n=30)
-    far = RegistrationProblem(problem.y + 1e5, problem.B, problem.R)
+    far = LinearProblem(problem.y + 1e5, problem.B, problem.R)
     with pytest.raises(UnobservableError, match="rejected all 30 rows"):
         Recursive(HardReject(3.0)).estimate(far)
 
@@ -235,7 +235,7 @@ def test_with_dynamics_it_is_the_kalman_filter(dynamics):
     problem = drifting()
     prior = GaussianPrior(np.array([1.0, -1.0]), np.array([[2.0, 0.3], [0.3, 1.0]]))
     found = Recursive(Gaussian(), dynamics=dynamics).estimate(problem, prior)
-    exact = Trajectory.drifting(problem, dynamics, prior).filter()
+    exact = as_trajectory(problem, dynamics, prior).filter()
     last = np.flatnonzero(np.append(np.diff(problem.time) > 0.0, True))
     np.testing.assert_allclose(found.path[last], exact.mean, atol=1e-9)
     np.testing.assert_allclose(found.covariance, exact.covariance[-1], atol=1e-9)
@@ -262,9 +262,9 @@ def test_a_robust_law_follows_a_drift_through_outliers():
     eye = np.tile(np.eye(2), (n, 1, 1))
     error = {}
     for name, law in (("t", StudentT(4.0)), ("ralad", Hyperbolic()), ("rls", Gaussian())):
-        path = Recursive(law, dynamics=steps).estimate(RegistrationProblem(y, eye, eye, time)).path
+        path = Recursive(law, dynamics=steps).estimate(LinearProblem(y, eye, eye, time)).path
         error[name] = np.sqrt(np.mean((path[50:] - truth[50:]) ** 2))
-    clean = RegistrationProblem(truth + noise, eye, eye, time)
+    clean = LinearProblem(truth + noise, eye, eye, time)
     path = Recursive(Gaussian(), dynamics=steps).estimate(clean).path
     best = np.sqrt(np.mean((path[50:] - truth[50:]) ** 2))
     assert error["t"] < 2.0 * best < error["rls"]

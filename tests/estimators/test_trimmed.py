@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from probreg import RegistrationProblem, UnobservableError
+from probreg import LinearProblem, UnobservableError
 from probreg.errors import InvalidInputError
 from probreg.estimators import (
     LeastSquares,
@@ -38,7 +38,7 @@ def spoiled(seed, n=15, share=0.2):
     rng = np.random.default_rng(seed + 50)
     bad = rng.permutation(n) < round(share * n)
     y = problem.y + 80.0 * bad[:, None] * rng.normal(size=(n, 2))
-    return RegistrationProblem(y, problem.B, problem.R), theta, bad
+    return LinearProblem(y, problem.B, problem.R), theta, bad
 
 
 def equations(problem):
@@ -95,7 +95,7 @@ def test_the_objective_is_never_above_that_of_any_random_start():
 def test_permuting_the_pairs_changes_nothing(estimator):
     problem, _, _ = spoiled(3)
     order = np.random.default_rng(1).permutation(15)
-    other = RegistrationProblem(problem.y[order], problem.B[order], problem.R[order])
+    other = LinearProblem(problem.y[order], problem.B[order], problem.R[order])
     one, two = estimator.estimate(problem), estimator.estimate(other)
     np.testing.assert_allclose(two.theta, one.theta, atol=1e-7)
     np.testing.assert_allclose(two.weights, one.weights[order], atol=1e-6)
@@ -106,7 +106,7 @@ def test_a_fifth_of_wrong_pairs_does_no_great_harm(estimator):
     for seed in range(8):
         problem, theta, bad = spoiled(seed, n=30)
         good = ~bad
-        clean = RegistrationProblem(problem.y[good], problem.B[good], problem.R[good])
+        clean = LinearProblem(problem.y[good], problem.B[good], problem.R[good])
         sd = LeastSquares().estimate(clean).sd
         estimate = estimator.estimate(problem, rng=np.random.default_rng(0))
         # elemental solutions are several times less accurate than least squares on good rows
@@ -144,7 +144,7 @@ def test_noise_free_data_and_too_tight_a_threshold_are_survived():
     problem, theta = linear_problem(4, n=12, m=2, noise=0.0)
     y = problem.y.copy()
     y[:2] += 50.0
-    exact = RegistrationProblem(y, problem.B, problem.R)
+    exact = LinearProblem(y, problem.B, problem.R)
     estimate = ReweightedLeastSquares(3.0).estimate(exact)
     np.testing.assert_allclose(estimate.theta, theta, atol=1e-8)
     assert not estimate.info["fallback"]
@@ -203,7 +203,7 @@ def test_bad_settings_and_too_little_data():
         with pytest.raises((UnobservableError, InvalidInputError), match=r"2 equations|subset"):
             estimator.estimate(one)
     problem, _ = linear_problem(1, n=20, m=2)
-    same = RegistrationProblem(
+    same = LinearProblem(
         np.repeat(problem.y[:1], 6, 0),
         np.repeat(problem.B[:1], 6, 0),
         np.repeat(problem.R[:1], 6, 0),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import Setup, asterix, new_table, table
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import PositionSensor, Radar2D, Radar3D
+from probreg.sensors.geometry import wrap_angle
 
 pytest.importorskip("asterix.base")
 

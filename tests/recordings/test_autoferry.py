@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import autoferry, checks
+from probreg.sensors.geometry import wrap_angle
 
 NAMES = ["lidar", "radar", "infrared", "electro_optical", "gnss"]
 TRUTH = [

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.recordings import setup_file, table
 from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors.geometry import wrap_angle
 
 NORTH, SOUTH = (50.1, 8.1, 250.0), (49.4, 8.6, 120.0)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from probreg.geometry import wrap_angle
 from probreg.recordings import Recording, Setup, new_table, table
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D
+from probreg.sensors.geometry import wrap_angle
 
 
 @pytest.mark.parametrize("origin", [None, (60.0, 8.0, 0.0)])

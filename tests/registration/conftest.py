@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg import BearingSensor, PositionSensor, Radar2D, Radar3D
 from probreg.recordings import Recording, Setup
-from probreg.terms import add_terms, known_terms
+from probreg.sensors.terms import add_terms, known_terms
 
 ANGLE = 2e-3
 BEARINGS_FROM = (10e3, -15e3)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from probreg.multisensor import RecordingProblem
+from probreg.problems.recording import RecordingProblem
 from probreg.registration import LAWS, register
 from probreg.registration._accuracy import accuracies
 from probreg.scenarios.traffic import TrafficScene, simulate

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from probreg import GaussianPrior, Posterior, RegistrationProblem
+from probreg import GaussianPrior, LinearProblem, Posterior
 from probreg.noise import Contaminated, Gaussian, Huber, Hyperbolic, StudentT
 from probreg.prior import NoiseParameter
 from probreg.samplers import Gibbs, Importance, MetropolisHastings, Nuts
@@ -79,7 +79,7 @@ def worst(draws, data):
 @pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
 def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
     data = stored("student")
-    problem = RegistrationProblem(data["y"], data["B"], np.ones((len(data["y"]), 1, 1)))
+    problem = LinearProblem(data["y"], data["B"], np.ones((len(data["y"]), 1, 1)))
     unknown = (NoiseParameter("nu", 5.0, 0.5), NoiseParameter("scale", 1.0, 0.5))
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(sampler, Posterior(problem, StudentT(5.0), prior, unknown))
@@ -89,7 +89,7 @@ def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
 @pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
 def test_six_unknowns_under_the_contaminated_law_agree_with_the_package(sampler):
     data = stored("mixed")
-    problem = RegistrationProblem(data["y"], data["B"], np.tile(np.eye(3), (len(data["y"]), 1, 1)))
+    problem = LinearProblem(data["y"], data["B"], np.tile(np.eye(3), (len(data["y"]), 1, 1)))
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(sampler, Posterior(problem, Contaminated(0.1, 10.0), prior))
     assert worst(draws, data) < LIMIT
@@ -99,7 +99,7 @@ def test_the_judge_sees_a_posterior_that_is_another():
     # negative control: a wrong scale of the noise, by a fifth
     data = stored("mixed")
     R = np.tile(1.44 * np.eye(3), (len(data["y"]), 1, 1))
-    problem = RegistrationProblem(data["y"], data["B"], R)
+    problem = LinearProblem(data["y"], data["B"], R)
     prior = GaussianPrior.from_sd(data["prior_sd"])
     draws = draw(MetropolisHastings(), Posterior(problem, Contaminated(0.1, 10.0), prior))
     assert worst(draws, data) > LIMIT

@@ -8,10 +8,10 @@ import pytest
 
 from probreg import GaussianPrior, Posterior, arviz_adapter
 from probreg.errors import InvalidInputError
-from probreg.moves import LocalGaussian
 from probreg.noise import Contaminated, Gaussian, StudentT
 from probreg.prior import NoiseParameter
 from probreg.samplers import Exact, Gibbs, Importance, MetropolisHastings
+from probreg.samplers.moves import LocalGaussian
 from tests.conftest import linear_problem
 
 PRIOR = GaussianPrior.from_sd(np.full(4, 3.0))
@@ -128,13 +128,13 @@ def test_log_prob_follows_the_draws_of_gibbs_with_unknown_noise():
 
 def test_predictive_rows_have_the_spread_of_their_own_dimension():
     # rows of two and of four components under a law that depends on the dimension
-    from probreg import RegistrationProblem
+    from probreg import LinearProblem
     from probreg.noise import Hyperbolic
 
     base = linear_problem(6, n=60, m=4, p=2).problem
     size = np.where(np.arange(60) % 2, 2, 4)
     blank = np.arange(4) >= size[:, None]
-    problem = RegistrationProblem(
+    problem = LinearProblem(
         np.where(blank, 0.0, base.y),
         np.where(blank[..., None], 0.0, base.B),
         np.tile(np.eye(4), (60, 1, 1)),

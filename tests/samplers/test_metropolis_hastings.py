@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from probreg import GaussianPrior, Posterior, RegistrationProblem
+from probreg import GaussianPrior, LinearProblem, Posterior
 from probreg.errors import InvalidInputError
-from probreg.moves import GlobalUniform, LaplaceT, LocalGaussian
 from probreg.noise import Gaussian, StudentT
 from probreg.samplers import MetropolisHastings
+from probreg.samplers.moves import GlobalUniform, LaplaceT, LocalGaussian
 from tests.conftest import linear_problem
 from tests.judge import limit, z_scores
 
@@ -113,7 +113,7 @@ def test_a_missing_hastings_ratio_is_seen():
 def cut_posterior():
     """One unknown, N(mean, sd^2) cut at the mean minus half an sd."""
     B, y = np.ones((10, 1, 1)), np.full((10, 1), 2.0)
-    problem = RegistrationProblem(y, B, np.ones((10, 1, 1)))
+    problem = LinearProblem(y, B, np.ones((10, 1, 1)))
     sd = 1.0 / np.sqrt(10.0)
     box = np.array([[2.0 - 0.5 * sd, np.inf]])
     expected = stats.truncnorm(-0.5, np.inf, 2.0, sd)
@@ -197,6 +197,6 @@ def test_settings_are_checked():
 
 def test_a_density_that_is_not_finite_at_the_start_is_refused():
     problem = linear_problem(1).problem
-    huge = RegistrationProblem(problem.y * 1e200, problem.B, problem.R)
+    huge = LinearProblem(problem.y * 1e200, problem.B, problem.R)
     with pytest.raises(InvalidInputError, match="log-density at the mode is"):
         MetropolisHastings().sample(Posterior(huge, Gaussian(), PRIOR), 5, 2, rng())

@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 from scipy.stats import binomtest, chi2
 
 from probreg.errors import InvalidInputError
-from probreg.geometry import wrap_angle
 from probreg.scenarios import _flights
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
 from probreg.sensors import PositionSensor
+from probreg.sensors.geometry import wrap_angle
 
 BIASES = {
     "radar1.range": 120.0,

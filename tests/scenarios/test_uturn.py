@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from probreg import GaussianPrior, ReportProblem
-from probreg.dynamics import Constant, RandomWalk
 from probreg.errors import InvalidInputError
+from probreg.motion.dynamics import Constant, RandomWalk
+from probreg.problems import as_trajectory
 from probreg.scenarios.uturn import UturnScene, fly, simulate
-from probreg.trajectory import Trajectory
 
 
 def test_the_track_is_continuous_and_turns_back():
@@ -42,10 +42,10 @@ def track(form, drifting, seed):
     if drifting:
         # zero before the first scan, so one step of drift at it
         prior = GaussianPrior(np.zeros(4), np.diag([1000.0, 1000.0, *fixed]))
-        model = Trajectory.drifting(linear, RandomWalk(np.array([1e3, 1e3, 0.0, 0.0])), prior)
+        model = as_trajectory(linear, RandomWalk(np.array([1e3, 1e3, 0.0, 0.0])), prior)
     else:
         prior = GaussianPrior(np.zeros(4), np.diag([300.0**2, 300.0**2, *fixed]))
-        model = Trajectory.drifting(linear, Constant(), prior)
+        model = as_trajectory(linear, Constant(), prior)
     return model, truth
 
 

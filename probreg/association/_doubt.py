@@ -1,0 +1,104 @@
+"""Reports that are far from the path of the target whose identity they carry."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numba
+import numpy as np
+
+from probreg.association._placed import place
+from probreg.recordings import UNKNOWN, Recording, Setup
+from probreg.typing import FloatArray, IntArray
+
+_BESIDE = 3  # neighbours before and after
+_LEAST = 3  # lines through neighbours that must pass a report
+OFF_PATH, TOO_FAST = 1, 2  # why an identity is doubted; 0 where it is believed
+
+
+def doubt_identities(recording: Recording, setup: Setup, theta: FloatArray) -> Recording:
+    """Take away identities that the reports before and after contradict: see `doubts`."""
+    believed = doubts(recording, setup, theta) == 0
+    return dataclasses.replace(recording, target=np.where(believed, recording.target, UNKNOWN))
+
+
+def doubts(recording: Recording, setup: Setup, theta: FloatArray) -> IntArray:
+    """Why the reports before and after contradict each identity (n,): 0 where they do not.
+
+    A report keeps its identity if three of the straight lines through pairs of its neighbours
+    of that identity pass it within the gate, widened by six standard deviations of its own
+    noise, and if it could have flown to half of them at the setup's largest speed; else it is
+    `OFF_PATH` or, where speed alone speaks against it, `TOO_FAST`. Neighbours that are wrong
+    themselves may thus be many: their lines go elsewhere.
+
+    Parameters
+    ----------
+    recording : Recording
+    setup : Setup
+    theta : ndarray, shape (p,)
+        The biases as far as they are known.
+    """
+    placed = place(recording, setup, theta)
+    # a bearing is nowhere in the plane: it keeps its identity, and the noise law judges it
+    known = np.flatnonzero((recording.target != UNKNOWN) & np.isfinite(placed.where[:, 0]))
+    order = known[np.lexsort((placed.time[known], recording.target[known]))]
+    found = np.zeros(len(recording), dtype=np.int64)
+    found[order] = _support(
+        np.ascontiguousarray(recording.target[order], dtype=np.int64),
+        placed.time[order],
+        placed.where[order],
+        placed.gate[order],
+        setup.window_s,
+        setup.max_speed_m_s,
+    )
+    return found
+
+
+@numba.njit(cache=True)
+def _support(
+    target: IntArray,
+    time: FloatArray,
+    where: FloatArray,
+    gate: FloatArray,
+    window: float,
+    speed: float,
+) -> IntArray:
+    """0 where enough lines through its neighbours, if there are any, pass each report."""
+    n, d = where.shape
+    doubted = np.zeros(n, dtype=np.int64)
+    near = np.empty(2 * _BESIDE, dtype=np.int64)
+    for i in range(n):
+        found = 0
+        for step in (-1, 1):
+            j, taken = i + step, 0
+            while taken < _BESIDE and 0 <= j < n and target[j] == target[i]:
+                if abs(time[j] - time[i]) > 2.0 * window:
+                    break
+                near[found] = j
+                found, taken, j = found + 1, taken + 1, j + step
+        reached = 0
+        for x in range(found):
+            square = 0.0
+            for c in range(d):
+                square += (where[i, c] - where[near[x], c]) ** 2
+            reach = gate[i] + speed * abs(time[i] - time[near[x]])
+            reached += square <= reach * reach
+        made, passed = 0, 0
+        for x in range(found):
+            for y in range(x + 1, found):
+                a, b = near[x], near[y]
+                gap = time[b] - time[a]
+                reach = max(abs(time[i] - time[a]), abs(time[i] - time[b]))
+                if abs(gap) < 0.5 * reach or gap == 0.0:
+                    continue  # too far to extrapolate
+                made += 1
+                share, square = (time[i] - time[a]) / gap, 0.0
+                for c in range(d):
+                    line = where[a, c] + share * (where[b, c] - where[a, c])
+                    square += (where[i, c] - line) ** 2
+                passed += square <= gate[i] ** 2
+        if passed < min(_LEAST, made):
+            doubted[i] = OFF_PATH
+        elif 2 * reached < found:
+            doubted[i] = TOO_FAST
+    return doubted

@@ -1,0 +1,273 @@
+"""The command `probreg`: register a recording, apply a result to others, simulate one.
+
+What computes is imported by the commands, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+import datetime
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import probreg
+from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, plain_errors, progress
+from probreg.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from probreg.page import Provenance, Source
+    from probreg.registration import LawChoice, RankedTerms, Registration
+
+EXIT_CODES = (
+    "Exit codes: 0 done. "
+    f"{BAD_INPUT} input that cannot be used, said in one sentence; nothing written. "
+    "2 wrong usage. "
+    f"{WARNINGS} done, but with warnings that matter (a limit is exceeded, the data do not "
+    "determine a bias, the draws have not converged, held-out targets got worse): read them "
+    "before using the numbers. "
+    f"{INTERRUPTED} interrupted; nothing written."
+)
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Sensor registration as probabilistic inference.",
+    epilog=EXIT_CODES,
+)
+
+RecordingPath = Annotated[Path, typer.Argument(help="Reports, .csv or .parquet.")]
+SensorsPath = Annotated[Path, typer.Option("--sensors", help="The file sensors.toml.")]
+OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write; made if not there.")]
+OutFile = Annotated[Path, typer.Option("--out", help="File to write, with the input's ending.")]
+BiasesPath = Annotated[Path, typer.Option("--biases", help="biases.json of a registration.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+TrustUnits = Annotated[
+    bool,
+    typer.Option(
+        "--trust-units", help="Do not refuse what looks like radians, kilometres or milliseconds."
+    ),
+]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Write into a folder that holds other files.")
+]
+
+
+def main() -> None:
+    """Run the command; an interrupt or a request to end leaves nothing behind."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    app()
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"probreg {probreg.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")
+    ] = False,
+) -> None:
+    """Sensor registration as probabilistic inference."""
+
+
+@app.command(epilog=EXIT_CODES)
+def register(
+    recording: RecordingPath,
+    sensors: SensorsPath,
+    out: OutFolder,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Noise law; may be repeated, several are compared. Default: all there are."
+        ),
+    ] = None,
+    draws: Annotated[int, typer.Option(min=100, help="Posterior draws.")] = 2_000,
+    holdout: Annotated[
+        float, typer.Option(help="Share of the targets held out for scoring.")
+    ] = 0.2,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Try every further bias term there is.")
+    ] = False,
+    seed: Seed = 0,
+    trust_units: TrustUnits = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate the biases of the sensors of a recording.
+
+    Writes report.html, biases.csv, biases.json, posterior.nc, the corrected recording and
+    manifest.json into a folder, all of them or none.
+    """
+    settings = {
+        "law": ", ".join(law or ["all"]),
+        "draws": draws,
+        "holdout": holdout,
+        "compare": compare,
+    }
+    with plain_errors():
+        found = _register(
+            recording,
+            sensors,
+            out,
+            laws=law,
+            options={"num_draws": draws, "holdout": holdout},
+            compare=compare,
+            seed=seed,
+            settings=settings | {"compare": compare, "trust_units": trust_units},
+            overwrite=overwrite,
+            quiet=quiet,
+        )
+        alarms = _conclude(found, out, quiet)
+    raise typer.Exit(WARNINGS if alarms else 0)
+
+
+def _register(
+    recording: Path,
+    sensors: Path,
+    out: Path,
+    *,
+    laws: list[str] | None,
+    options: dict[str, Any],
+    compare: bool,
+    seed: int,
+    settings: dict[str, Any],
+    overwrite: bool,
+    quiet: bool,
+) -> Registration:
+    started = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    with progress(quiet, compare) as told:
+        import numpy as np
+
+        from probreg import page
+        from probreg import registration as chain
+        from probreg.recordings import setup_file
+
+        with page.result_folder(out, "register", overwrite=overwrite) as part:
+            rng = np.random.default_rng(seed)
+            chosen = _laws(laws)
+            setup = setup_file.read(sensors)
+            source = page.read_source(recording, setup, trust_units=settings["trust_units"])
+            told("read")
+            reports = source.reading.recording
+            found = chain.register(reports, setup, rng=rng, laws=chosen, on_step=told, **options)
+            terms = _compared(found, rng) if compare else []
+            told("terms")
+            provenance = _provenance(seed, settings, (recording, sensors), started, source)
+            page.fill(found, part, source=source, provenance=provenance, terms=terms)
+            told("report")
+    return found
+
+
+def _provenance(
+    seed: int, settings: dict[str, Any], files: tuple[Path, ...], started: str, source: Source
+) -> Provenance:
+    from probreg.page import Provenance, checksum
+
+    inputs = {path.name: checksum(path) for path in files}
+    return Provenance("register", seed, settings, inputs, started, source.reading.notes)
+
+
+def _laws(names: list[str] | None) -> tuple[LawChoice, ...]:
+    """The laws named, among those that registration offers."""
+    from probreg.registration import LAWS
+
+    known = {choice.name: choice for choice in LAWS}
+    strange = [name for name in names or () if name not in known]
+    if strange:
+        raise typer.BadParameter(f"no law {strange[0]!r}; known: {', '.join(known)}.")
+    return tuple(known[name] for name in names) if names else tuple(LAWS)
+
+
+def _compared(found: Registration, rng: Any) -> list[RankedTerms]:
+    """The setup's bias model against those with one further term for every sensor."""
+    from probreg.registration import compare_terms, further_terms
+
+    return compare_terms(found.recording, found.setup, further_terms(found.setup), rng=rng)
+
+
+def _conclude(found: Registration, out: Path, quiet: bool) -> list[str]:
+    """Print the biases, and what must be read before they are used."""
+    from probreg.page import biases_text, matters
+
+    alarms = matters(found)
+    if not quiet:
+        print(biases_text(found))
+        print(f"results: {out / 'report.html'}")
+        for text in alarms:
+            print(f"warning: {text}", file=sys.stderr)
+    return alarms
+
+
+@app.command()
+def correct(
+    recording: RecordingPath,
+    sensors: SensorsPath,
+    biases: BiasesPath,
+    out: OutFile,
+    trust_units: TrustUnits = False,
+) -> None:
+    """Take known biases out of a recording, of the same sensors, without estimating anything."""
+    with plain_errors():
+        _change("correct", recording, sensors, biases, out, trust_units)
+
+
+@app.command()
+def restore(
+    recording: RecordingPath,
+    sensors: SensorsPath,
+    biases: BiasesPath,
+    out: OutFile,
+    trust_units: TrustUnits = False,
+) -> None:
+    """Put the biases back into a corrected recording: the inverse of correct."""
+    with plain_errors():
+        _change("restore", recording, sensors, biases, out, trust_units)
+
+
+def _change(
+    name: str, recording: Path, sensors: Path, biases: Path, out: Path, trust_units: bool
+) -> None:
+    from probreg import page, recordings
+    from probreg.recordings import setup_file
+
+    if out.exists():
+        raise InvalidInputError(f"{out} is there already; name another file, or remove it.")
+    setup = setup_file.read(sensors)
+    theta = page.read_biases(biases, recordings.bias_model(setup).names)
+    source = page.read_source(recording, setup, trust_units=trust_units)
+    page.write_changed(out, source, setup, theta, getattr(recordings, name))
+
+
+@app.command()
+def simulate(
+    out: OutFolder,
+    reports: Annotated[int, typer.Option(min=100, help="Of all radars together.")] = 6_000,
+    seed: Seed = 0,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write a simulated recording to try everything on: three radars, biases drawn at random.
+
+    Writes reports.csv, sensors.toml and, beside them, truth.json.
+    """
+    with plain_errors():
+        import dataclasses
+
+        import numpy as np
+
+        from probreg.page import result_folder, write_summary
+        from probreg.scenarios.demonstration import SCENE, demonstration
+
+        scene = dataclasses.replace(SCENE, reports=reports)
+        with result_folder(out, "simulate", overwrite=overwrite) as part:
+            demonstration(part, np.random.default_rng(seed), scene)
+            write_summary(part, "simulate", {"seed": seed, "reports": reports})
+        print(f"probreg register {out / 'reports.csv'} --sensors {out / 'sensors.toml'} --out ...")

@@ -1,0 +1,157 @@
+"""What a registration found, in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg.page._units import SHOWN, decimals, number, percent
+from probreg.registration import Registration
+
+LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
+TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
+NOISE = (0.5, 2.0)  # scales of the noise beyond which declared accuracies are wrong
+
+
+class Wording(NamedTuple):
+    """How a bias is spoken of: what is wrong, and how when it is above or below zero."""
+
+    what: str
+    above: str
+    below: str
+
+
+WORDS: Mapping[str, Wording] = {
+    "range": Wording("range", "too long", "too short"),
+    "range_gain": Wording("range, in proportion to it,", "too long", "too short"),
+    "azimuth": Wording("azimuth", "too large", "too small"),
+    "elevation": Wording("elevation", "too high", "too low"),
+    "bearing": Wording("bearing", "too large", "too small"),
+    "x": Wording("position", "too far east", "too far west"),
+    "y": Wording("position", "too far north", "too far south"),
+    "z": Wording("height", "too high", "too low"),
+    "time": Wording("clock", "ahead", "behind"),
+    "heading": Wording("heading", "too large", "too small"),
+}
+
+
+class Sentence(NamedTuple):
+    """One bias in words."""
+
+    sensor: str
+    error: str
+    subtract: str
+    clear: bool
+
+
+def wording(term: str) -> Wording:
+    """Words for a term, plain ones for a term without its own."""
+    return WORDS.get(term, Wording(term.replace("_", " "), "above zero", "below zero"))
+
+
+def sentences(registration: Registration) -> list[Sentence]:
+    """Every bias with its 90 % interval, and what to take out."""
+    found = []
+    numbers = zip(registration.mean, registration.sd, registration.interval(0.9), strict=True)
+    for name, unit, (mean, sd, interval) in zip(
+        registration.names, registration.units, numbers, strict=True
+    ):
+        sensor, term = name.split(".", 1)
+        shown, said = SHOWN[unit], wording(term)
+        places = decimals(shown.factor * sd)
+        low, high = (number(shown.factor * float(v), places) for v in interval)
+        size = number(shown.factor * abs(float(mean)), places)
+        clear = bool(np.sign(interval[0]) == np.sign(interval[1]))
+        if clear:
+            low, high = (number(shown.factor * v, places) for v in sorted(np.abs(interval)))
+            way = said.above if mean > 0.0 else said.below
+            error = f"{said.what} {size} {shown.symbol} {way}"
+        else:
+            error = f"{said.what} shows no clear error"
+        amount = number(shown.factor * float(mean), places)
+        found.append(
+            Sentence(
+                sensor,
+                f"{error} (90\N{NO-BREAK SPACE}%: {low} to {high} {shown.symbol})",
+                f"{amount} {shown.symbol}",
+                clear,
+            )
+        )
+    return found
+
+
+def matters(registration: Registration) -> list[str]:
+    """Warnings that forbid to use the result unread, causes first; empty if there are none."""
+    said = [
+        f"{v.name} exceeds its limit of {limit_text(registration, v.name, v.limit)} "
+        f"(probability {percent(v.probability)})."
+        for v in registration.verdicts
+        if v.text == "exceeds"
+    ]
+    said += _left_out(registration) + _model(registration)
+    said += [f"The draws are not to be trusted: {text}" for text in registration.draws.warnings]
+    told = registration.determined
+    said += [f"No residual shows {text}: only the prior says it." for text in told.hidden]
+    said += [
+        f"The data say less of {text} than the prior does."
+        for text in told.weak
+        if text not in told.hidden
+    ]
+    return said
+
+
+def _left_out(registration: Registration) -> list[str]:
+    """Sensors that much of the recording contradicts, worst first."""
+    share = registration.left_out
+    return [
+        f"{registration.recording.sensors[k].name}: {100.0 * share[k]:.0f} % of its reports fit no "
+        "other sensor: check units, north, place, identities."
+        for k in np.argsort(-share, kind="stable")
+        if share[k] > LEFT_OUT
+    ]
+
+
+def _model(registration: Registration) -> list[str]:
+    """What speaks against the biases, the noise, or the independence that were assumed."""
+    said = []
+    scored, ratio = registration.held_out, registration.cluster_ratio
+    bulk, every = registration.noise_scale
+    if scored is not None and scored.verdict == "worse":
+        said.append(
+            "Targets held out are predicted worse after correction than before: the biases of "
+            "sensors.toml do not describe this recording."
+        )
+    if np.isfinite(ratio).all() and ratio.max() > TOGETHER:
+        worst = int(np.argmax(ratio))
+        said.append(
+            "Errors of one target's reports hang together: intervals are about "
+            f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
+            "Stamps rounded? Ranges slant? A term missing?"
+        )
+    if bulk > NOISE[1] or every < NOISE[0]:
+        said.append(
+            f"The noise is {bulk if bulk > NOISE[1] else every:.2g} times what sensors and "
+            "acceleration_m_s2 declare: check the accuracies."
+        )
+    return said
+
+
+def limit_text(registration: Registration, name: str, limit: float) -> str:
+    """A limit in engineers' units."""
+    shown = SHOWN[registration.units[registration.problem.model.numbers[name]]]
+    return f"{shown.factor * limit:.6g} {shown.symbol}"
+
+
+def biases_text(registration: Registration) -> str:
+    """One line a bias for a terminal: mean and 90 % interval."""
+    lines = []
+    interval = registration.interval(0.9)
+    for k, name in enumerate(registration.names):
+        shown = SHOWN[registration.units[k]]
+        places = decimals(shown.factor * float(registration.sd[k]))
+        values = (registration.mean[k], *interval[k])
+        mean, low, high = (f"{shown.factor * float(v):.{places}f}" for v in values)
+        lines.append(f"{name:<24} {mean:>10} {shown.symbol:<5} 90 %: {low} to {high}")
+    return "\n".join(lines)

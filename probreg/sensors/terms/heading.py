@@ -1,0 +1,54 @@
+"""A recorded heading of the platform that is off, for every sensor that counts from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from probreg.sensors import Sensor
+from probreg.sensors.terms._term import Term, component
+from probreg.typing import FloatArray
+
+_AZIMUTHS = ("azimuth", "bearing")
+
+
+@dataclass(frozen=True)
+class Heading(Term):
+    """A recorded heading of the platform that is off, counter-clockwise positive.
+
+    One coefficient, "platform.heading", for all sensors of a recording's platform. It moves
+    the azimuths of one sensor just as that sensor's own offset does.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of the term."""
+        return "heading"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coefficient."""
+        return "rad"
+
+    @property
+    def prior_sd(self) -> float:
+        """One degree."""
+        return float(np.deg2rad(1.0))
+
+    @property
+    def owner(self) -> str:
+        """The platform."""
+        return "platform"
+
+    @classmethod
+    def of(cls, sensor: Sensor) -> tuple[Self, ...]:
+        """Sensors that report an azimuth."""
+        return (cls(sensor),) if set(_AZIMUTHS) & set(sensor.bias_names) else ()
+
+    def column(self, reports: FloatArray) -> FloatArray:
+        """One in the azimuth, minus one where it counts clockwise."""
+        name = next(name for name in _AZIMUTHS if name in self.sensor.bias_names)
+        sign = -1.0 if getattr(self.sensor, "from_north", False) else 1.0
+        return component(self.sensor, name, sign, len(reports))

@@ -1,0 +1,106 @@
+"""Identities found and doubted, against the truth of simulated traffic."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from probreg import PositionSensor
+from probreg.association import TOO_FAST, associate, doubt_identities, doubts
+from probreg.errors import InvalidInputError
+from probreg.recordings import UNKNOWN
+from probreg.registration import register
+from probreg.scenarios.traffic import TrafficScene, radars, simulate
+from tests.problems.test_recording import SEEN, with_bearings
+from tests.registration.conftest import fly, sensors_2d
+
+BIASES = {
+    "radar1.range": 80.0,
+    "radar1.azimuth": 0.01,
+    "radar2.azimuth": -0.008,
+    "radar3.range": -120.0,
+}
+GNSS = PositionSensor(((400.0, 0.0), (0.0, 400.0)), "gnss")
+
+
+def unlabelled(recording, rows):
+    return dataclasses.replace(recording, target=np.where(rows, UNKNOWN, recording.target))
+
+
+def purity(found, true):
+    """Share of reports whose identity is mostly of their own true target."""
+    known = found >= 0
+    pairs, count = np.unique(np.stack([found[known], true[known]]), axis=1, return_counts=True)
+    most = np.zeros(found.max() + 1)
+    np.maximum.at(most, pairs[0], count)
+    return most.sum() / known.sum()
+
+
+def test_reports_find_the_targets_of_a_reference():
+    sensors = (*radars(), GNSS)
+    scene = TrafficScene(3_000, sensors, (4.0, 5.0, 6.0, 5.0), biases=BIASES)
+    recording, setup, truth = simulate(scene, np.random.default_rng(3))
+    blind = unlabelled(recording, recording.sensor < 3)
+    found = associate(blind, setup)
+    own = recording.sensor < 3
+    linked = own & (found.target != UNKNOWN)
+    assert linked.sum() > 0.9 * own.sum()
+    assert (found.target[linked] == truth.target[linked]).mean() > 0.99
+    np.testing.assert_array_equal(found.target[~own], recording.target[~own])
+
+
+def test_without_any_identity_tracks_are_linked_and_matched():
+    scene = TrafficScene(6_000, biases=BIASES)
+    recording, setup, truth = simulate(scene, np.random.default_rng(3))
+    blind = unlabelled(recording, np.ones(len(recording), dtype=bool))
+    found = associate(blind, setup)
+    assert (found.target != UNKNOWN).mean() > 0.9
+    assert purity(found.target, truth.target) > 0.98
+    # identities join sensors: without that each target would have three
+    assert len(np.unique(found.target)) < 1.7 * len(np.unique(truth.target))
+
+
+def test_bearings_are_given_to_targets_that_others_place():
+    made = fly(with_bearings(), SEEN, gate_m=500.0)
+    eye = made.recording.sensor == 1
+    found = associate(unlabelled(made.recording, eye), made.setup)
+    linked = eye & (found.target != UNKNOWN)
+    assert linked.sum() > 0.7 * eye.sum()
+    assert (found.target[linked] == made.recording.target[linked]).mean() > 0.95
+
+
+def test_wrong_identities_are_doubted_and_right_ones_kept():
+    scene = TrafficScene(6_000, wrong_share=0.2)
+    recording, setup, truth = simulate(scene, np.random.default_rng(5))
+    names = [f"{s.name}.{term}" for s in setup.sensors for term in setup.biases[s.name]]
+    theta = np.array([truth.bias[name] for name in names])
+    found = doubt_identities(recording, setup, theta)
+    gone = found.target == UNKNOWN
+    assert gone[truth.wrong].mean() > 0.98
+    assert gone[~truth.wrong].mean() < 0.05
+    kept = ~gone
+    np.testing.assert_array_equal(found.target[kept], recording.target[kept])
+
+
+def test_targets_faster_than_the_setup_allows_are_said_to_be_so():
+    made = fly(sensors_2d(), {"a.range": 5.0}, noise=0.1, gate_m=200.0, window_s=20.0)
+    theta = np.full(1, 5.0)
+    assert not doubts(made.recording, made.setup, theta).any()
+    slow = dataclasses.replace(made.setup, max_speed_m_s=30.0)
+    why = doubts(made.recording, slow, theta)
+    speed = np.linalg.norm(made.paths[1], axis=1)[made.recording.target]
+    assert (why[speed > 150.0] == TOO_FAST).mean() > 0.5
+    assert not why[speed < 30.0].any()
+    left = register(made.recording, slow, rng=np.random.default_rng(1)).notes
+    assert any("faster than max_speed_m_s = 30" in note for note in left)
+    assert not any("farther than the gate" in note for note in left)
+
+
+def test_nothing_near_is_said():
+    scene = TrafficScene(300, (*radars(), GNSS), (4.0, 5.0, 6.0, 5.0), biases=BIASES)
+    recording, setup, _ = simulate(scene, np.random.default_rng(3))
+    silent = unlabelled(recording, np.ones(len(recording), dtype=bool))
+    with pytest.raises(InvalidInputError, match="no report could be associated within gate_m"):
+        associate(silent, dataclasses.replace(setup, gate_m=1e-6))
