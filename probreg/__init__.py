@@ -13,6 +13,8 @@ from probreg.sensors.reports import AssociatedReports, BearingReports, SensorRep
 
 __version__ = "0.1.0"
 
+RegistrationProblem = LinearProblem  # the former name, for one release
+
 __all__ = [
     "AssociatedReports",
     "BearingProblem",
@@ -27,6 +29,7 @@ __all__ = [
     "ProbregError",
     "Radar2D",
     "Radar3D",
+    "RegistrationProblem",
     "ReportProblem",
     "SensorReports",
     "Tracker2D",

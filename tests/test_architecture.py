@@ -14,7 +14,12 @@ from probreg.discovery import public_classes
 
 PACKAGE = Path(probreg.__file__).parent
 # lower rooms first; a module may import its own room and those before it
-ROOMS = ["errors", "typing", "discovery", "validation", "arviz_adapter", "numerics", "noise", "sensors", "recordings", "prior", "motion", "association", "scenarios", "problems", "posterior", "estimators", "samplers", "joint", "diagnostics", "registration", "page", "cli", "__main__"]
+ROOMS = [
+    *("errors", "typing", "discovery", "validation", "arviz_adapter"),
+    *("numerics", "noise", "sensors", "recordings", "prior", "motion", "association", "scenarios"),
+    *("problems", "posterior", "estimators", "samplers", "joint", "diagnostics"),
+    *("registration", "page", "cli", "__main__"),
+]
 LEVEL = {name: level for level, name in enumerate(ROOMS)}
 
 
