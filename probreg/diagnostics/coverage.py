@@ -14,7 +14,7 @@ from probreg.validation import open_share
 
 @dataclass(frozen=True)
 class Coverage:
-    """How often intervals held the truth.
+    """How often intervals contained the truth.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class Coverage:
 
     @property
     def value(self) -> float:
-        """Share of intervals that held the truth."""
+        """Share of intervals that contained the truth."""
         return self.held / self.trials
 
     def limits(self, false_alarm: float = 0.05) -> tuple[float, float]:
-        """Shares between which honest intervals fall, but for this false-alarm rate."""
+        """Limits of the coverage of calibrated intervals at this false-alarm rate."""
         return binomial_limits(self.trials, self.nominal, false_alarm)
 
     def honest(self, false_alarm: float = 0.05) -> bool:
@@ -91,7 +91,7 @@ def normal_interval(estimate: FloatArray, covariance: FloatArray, probability: f
 
 
 def binomial_limits(trials: int, probability: float, false_alarm: float) -> tuple[float, float]:
-    """Shares between which a binomial count falls, outside with at most this probability.
+    """Limits of a binomial proportion, which lies outside with at most this probability.
 
     Exact: at most half the false-alarm rate in each tail.
 

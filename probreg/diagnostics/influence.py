@@ -1,4 +1,4 @@
-"""Influence functions: move one report, watch the estimate."""
+"""Influence functions: how an estimate changes when one report moves."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Ranked(NamedTuple):
     standard_error : float
         Of `behind`, from the rows' differences; 0 for the best.
     bad_rows : int
-        Rows whose Pareto k exceeds 0.7: their terms are not to be trusted.
+        Rows whose Pareto k exceeds 0.7: their terms are unreliable.
     """
 
     name: str

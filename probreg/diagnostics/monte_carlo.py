@@ -11,7 +11,7 @@ from probreg.typing import FloatArray
 
 
 class Measured(NamedTuple):
-    """A Monte Carlo figure and its standard error, arrays of one shape."""
+    """A Monte Carlo estimate and its standard error, arrays of the same shape."""
 
     value: FloatArray
     standard_error: FloatArray

@@ -40,7 +40,7 @@ class Quantity(Protocol):
 
 
 def log_likelihood(posterior: Posterior, x: FloatArray) -> FloatArray:
-    """The log-likelihood: it sees errors that no single unknown shows (Modrak et al. 2023)."""
+    """The log-likelihood: it detects errors visible in no single unknown (Modrak et al. 2023)."""
     return posterior.likelihood_and_grad(x)[0]
 
 
@@ -76,14 +76,14 @@ class Ranks:
 
     @cached_property
     def points(self) -> FloatArray:
-        """Where the distribution is looked at: multiples of 1 / (draws + 1)."""
+        """Points at which the distribution is evaluated: multiples of 1 / (draws + 1)."""
         steps = np.unique(np.linspace(1, self.draws, min(_GRID, self.draws)).astype(int))
         return steps / (self.draws + 1.0)
 
     def band(self, false_alarm: float = 0.05) -> tuple[FloatArray, FloatArray]:
         """Simultaneous limits (lower, upper) of the ECDF difference at the points.
 
-        An honest sampler leaves them anywhere with this probability.
+        A correct sampler leaves them anywhere with this probability.
         """
         n = len(self.ranks)
         gamma = float(np.quantile(self._null, false_alarm))
@@ -97,7 +97,7 @@ class Ranks:
 
     @cached_property
     def p_values(self) -> FloatArray:
-        """Probability, under uniform ranks, of an ECDF as far off anywhere, shape (q,).
+        """Probability, under uniform ranks, of as large an ECDF deviation anywhere, shape (q,).
 
         Below one in a hundred it is extrapolated: the least tail probability of so many points
         falls below a small bound about in proportion to that bound.
@@ -128,7 +128,7 @@ class Ranks:
     def coverage(self, nominal: float) -> list[Coverage]:
         """Coverage of central intervals of each quantity, from the ranks alone.
 
-        Their ends are whole ranks, so what they claim is the nearest share that the ranks have.
+        Interval ends are whole ranks, so the nominal coverage is the nearest attainable one.
 
         Raises
         ------
@@ -210,8 +210,8 @@ def calibrate(
 ) -> Ranks:
     """Simulation-based calibration of a sampler on a family of posteriors.
 
-    Samplers whose chains advance together are best given as many chains as draws are kept and
-    one draw each, after their warm-up: the ranks then need no thinning.
+    For samplers whose chains advance together, use as many chains as draws are kept, with one
+    draw each after warm-up: the ranks then need no thinning.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ OutlierTable = tuple[tuple[int, int, float], ...]
 
 @dataclass(frozen=True, eq=False)
 class PassiveTruth:
-    """What the estimators may not see.
+    """Ground truth, hidden from the estimators.
 
     Attributes
     ----------

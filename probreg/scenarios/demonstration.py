@@ -1,6 +1,6 @@
-"""A simulated recording as files, to try everything on: `reports.csv` and `sensors.toml`.
+"""A simulated recording as files, for trying things out: `reports.csv` and `sensors.toml`.
 
-The truth lies beside them in `truth.json`, never inside.
+The truth is written to a separate file, `truth.json`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def demonstration(
     Parameters
     ----------
     folder : str or Path
-        Made if it is not there.
+        Created if missing.
     rng : numpy.random.Generator
     scene : TrafficScene, optional
         Default three radars with drawn biases, a few wrong identities and outliers.

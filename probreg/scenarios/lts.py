@@ -69,7 +69,7 @@ READINGS = {
 
 @dataclass(frozen=True, eq=False)
 class LtsTruth:
-    """What the estimators may not see.
+    """Ground truth, hidden from the estimators.
 
     Attributes
     ----------

@@ -20,7 +20,8 @@ class RaladScene:
     """Every number of the scene; defaults are case 1.
 
     Angles in degrees here, at the edge; radians inside. The paper's biases are constant; with a
-    drift above zero each walks from its value at the first scan, by so much in a root second.
+    drift above zero each follows a random walk from its value at the first scan, with this
+    standard deviation per root second.
     """
 
     pairs: int = 4
@@ -92,7 +93,7 @@ CASES = {
 
 @dataclass(frozen=True, eq=False)
 class RaladTruth:
-    """What the estimators may not see.
+    """Ground truth, hidden from the estimators.
 
     Attributes
     ----------

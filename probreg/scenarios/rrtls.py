@@ -1,7 +1,7 @@
 """A distant emitter and a straight track: the scene of the robust total-least-squares paper.
 
 Source: Wu, Chen, Zhang, Zhang and Ni, J. Central South Univ. 46(3), 2015, section 3. The
-paper's table of outliers is lost; this one makes the paper's own figures come out.
+paper's table of outliers is lost; this one reproduces the paper's own figures.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ TABLE: OutlierTable = (
 class RrtlsScene:
     """Every number of the scene; angles in degrees, as named.
 
-    `outliers` are numbered by point, from 1, and added to the noise; besides, a share
-    `contamination` of the points, at random, has `contamination_size` standard deviations
-    added. The speed is not in the paper; nothing depends on it.
+    `outliers` are numbered by point, from 1, and added to the noise; in addition, a random
+    share `contamination` of the points has `contamination_size` standard deviations added.
+    The speed is not in the paper; nothing depends on it.
     """
 
     sigma_deg: float = 0.6

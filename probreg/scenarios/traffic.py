@@ -1,6 +1,6 @@
 """Air traffic seen by rotating radars at different places, each with its own clock and scan.
 
-Unlike the papers' scenes it gives a `Recording`: reports of one target are never at one time.
+Unlike the papers' scenes it returns a `Recording`: reports of a target are never simultaneous.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ class TrafficScene:
     Parameters
     ----------
     reports : int
-        Of all sensors together; the recording is as long as it takes.
+        Total over all sensors; it sets the length of the recording.
     sensors : tuple of Sensor
         Radars, and position sensors as references.
     scan_s : tuple of float
-        Time of a turn of each sensor's antenna, seconds; repeated when there are more sensors.
+        Rotation period of each sensor's antenna, seconds; repeated if there are more sensors.
     aircraft : int
         At any one time; each stays for twenty minutes and another follows.
     biases : mapping of str to float, optional
@@ -73,7 +73,7 @@ class TrafficScene:
     outlier_share : float
         Share of the reports with `outlier_factor` times the noise.
     detection : float
-        Probability that a sensor sees an aircraft in range in a turn.
+        Probability that a sensor detects an aircraft in range during one rotation.
     max_range_m : float
         Of every radar.
 
@@ -135,14 +135,14 @@ class TrafficScene:
 
 @dataclass(frozen=True, eq=False)
 class TrafficTruth:
-    """What the estimators may not see.
+    """Ground truth, hidden from the estimators.
 
     Attributes
     ----------
     bias : dict of str to float
         By name, SI units.
     time : ndarray, shape (n,)
-        When each report was made, by a clock that is right, seconds.
+        True time of each report, seconds.
     positions : ndarray, shape (n, d)
         Of the aircraft that each report is of, metres.
     target : ndarray of int, shape (n,)

@@ -1,8 +1,8 @@
-"""A target that turns back, seen by a sensor whose position bias drifts: the MH paper's scene.
+"""A target that makes a U-turn, seen by a sensor whose position bias drifts: the MH paper's scene.
 
-Source: Zhou, Liang and Pan, Systems Engineering and Electronics 34(3), 2012, section 4. One
-sensor and an unknown target cannot give a bias, so there is always a second report: of a
-target that is known (form "reference"), or of a second, calibrated sensor (form "pair").
+Source: Zhou, Liang and Pan, Systems Engineering and Electronics 34(3), 2012, section 4. With
+one sensor and an unknown target the bias is unobservable, so there is always a second report:
+of a known target (form "reference"), or of a second, calibrated sensor (form "pair").
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class UturnScene:
 
 @dataclass(frozen=True, eq=False)
 class UturnTruth:
-    """What the estimators may not see.
+    """Ground truth, hidden from the estimators.
 
     Attributes
     ----------
