@@ -6,32 +6,49 @@ import importlib
 import os
 import pkgutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
 import paper_figs
 from experiments.results import ROOT
 from experiments.study import StudyError, nearest
-from paper_figs.style import OUT, look
-
-COMMON = (
-    "ralad_common",
-    "lts_common",
-    "passive_common",
-    "rrtls_common",
-    "bayes_common",
-    "mh_common",
-    "drift_common",
-)
-HELPERS = ("style", "tables", *COMMON, "__main__")
+from paper_figs._style import OUT, look
 
 
-def names() -> list[str]:
-    """Names of all figures and tables: the modules that have a `draw`."""
-    found = pkgutil.iter_modules(paper_figs.__path__)
-    return sorted(module.name for module in found if module.name not in HELPERS)
+class Figure(NamedTuple):
+    """A figure or table.
+
+    Attributes
+    ----------
+    draw : callable
+        (profile, results folder, output folder) -> files written.
+    needs : str
+        Environment variable that must name the data, if any.
+    """
+
+    draw: Callable[[str, Path, Path], list[Path]]
+    needs: str
+
+
+def figures() -> dict[str, Figure]:
+    """All figures and tables by name, found in the public modules of the package.
+
+    A module is a figure of its own name with a function `draw`, or holds a table `FIGURES` of
+    names and such functions.
+    """
+    found: dict[str, Figure] = {}
+    for name in sorted(module.name for module in pkgutil.iter_modules(paper_figs.__path__)):
+        if not name.startswith("_"):
+            module = importlib.import_module(f"paper_figs.{name}")
+            held = module.FIGURES if hasattr(module, "FIGURES") else {name: module.draw}
+            if twice := found.keys() & held.keys():
+                raise ValueError(f"{sorted(twice)} in {module.__file__} and in another module.")
+            needs = getattr(module, "NEEDS", "")
+            found |= {name: Figure(draw, needs) for name, draw in held.items()}
+    return dict(sorted(found.items()))
 
 
 def main(
@@ -41,18 +58,18 @@ def main(
     out: Annotated[Path, typer.Option(help="Where figures go.")] = OUT,
 ) -> None:
     """Draw figures and tables from saved results; a missing result names its command."""
+    known = figures()
     try:
-        for name in wanted or names():
-            if name not in names():
-                raise StudyError(f"no figure or table {name!r}. {nearest(name, names())}")
+        for name in wanted or []:
+            if name not in known:
+                raise StudyError(f"no figure or table {name!r}. {nearest(name, known)}")
         with look():
-            for name in wanted or names():
-                module = importlib.import_module(f"paper_figs.{name}")
-                needs = getattr(module, "NEEDS", "")
-                if not wanted and needs and needs not in os.environ:
-                    print(f"{name} left out: {needs} names no data", file=sys.stderr)
+            for name in wanted or known:
+                figure = known[name]
+                if not wanted and figure.needs and figure.needs not in os.environ:
+                    print(f"{name} left out: {figure.needs} names no data", file=sys.stderr)
                     continue
-                for path in module.draw(profile, results, out):
+                for path in figure.draw(profile, results, out):
                     print(path)
     except StudyError as error:
         print(f"error: {error}", file=sys.stderr)

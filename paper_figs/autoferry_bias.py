@@ -6,10 +6,11 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+import xarray as xr
 
 from experiments.results import load_result
-from paper_figs.style import WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._style import WIDTH, footnote, save, shared_legend
+from paper_figs._tables import save_table
 
 NEEDS = "PROBREG_DATA"  # the recordings are not part of the project
 SOURCE = "Autoferry sensor-fusion benchmark, Ocean Engineering (2022)"
@@ -29,12 +30,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         posterior, direct = scale * one["posterior"].values, scale * one["direct"].values
         _panel(axes, posterior, direct, scale * one["pooled"].values)
         if bias.startswith("radar."):
-            # lidar has a bias too: radar against lidar is the difference of the two
-            apart = scale * data["relative"].sel(component=bias).values
-            at = np.arange(len(apart)) + 0.25
-            bars = np.abs(apart[:, 2:].T - apart[:, 0])
-            axes.errorbar(at, apart[:, 0], bars, fmt="^", color=RED, markersize=3.5, capsize=2,
-                          label="posterior, radar against lidar")  # fmt: skip
+            _against_lidar(axes, scale * data["relative"].sel(component=bias).values)
         axes.set_title(f"{bias} ({unit})")
         axes.set_xticks([*range(len(scenarios)), len(scenarios) + 0.5],
                         [*map(str, scenarios), "all"])  # fmt: skip
@@ -42,8 +38,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         rows += [_row(s, k, one, posterior, direct, scale) for k, s in enumerate(scenarios)]
     for axes in grid[-1]:
         axes.set_xlabel("scenario")
-    handles = grid[0, 0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper center", ncols=3, fontsize=7)
+    shared_legend(figure, grid[0, 0], 3, fontsize=7)
     note = (
         f"{SOURCE}. Direct: median of report minus GNSS, two standard errors from blocks of 10 s"
         "\nScenarios differ: heading was not recorded, and a vessel is larger than its antenna. "
@@ -78,15 +73,23 @@ def _panel(axes: plt.Axes, posterior: np.ndarray, direct: np.ndarray, pooled: np
     axes.axhline(0.0, color="0.6", linewidth=0.6)
 
 
+def _against_lidar(axes: plt.Axes, apart: np.ndarray) -> None:
+    """Radar against lidar: lidar has a bias too, and this is the difference of the two."""
+    at = np.arange(len(apart)) + 0.25
+    bars = np.abs(apart[:, 2:].T - apart[:, 0])
+    axes.errorbar(at, apart[:, 0], bars, fmt="^", color=RED, markersize=3.5, capsize=2,
+                  label="posterior, radar against lidar")  # fmt: skip
+
+
 def _row(
     scenario: int,
     k: int,
-    one: object,
+    one: xr.Dataset,
     posterior: np.ndarray,
     direct: np.ndarray,
     scale: float,
 ) -> list[str]:
-    score = scale * one["score"].values[k]  # type: ignore[index]
+    score = scale * one["score"].values[k]
     return [
         f"  {scenario}",
         f"{posterior[k, 0]:.2f} ± {posterior[k, 1]:.2f}",

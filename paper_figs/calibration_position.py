@@ -7,16 +7,18 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import xarray as xr
 
-from paper_figs.bayes_common import draw_ecdf, load_ranks, verdict
-from paper_figs.style import PASSIVE_COLOURS, WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._bayes import draw_ecdf, verdict
+from paper_figs._cases import load_cases
+from paper_figs._style import PASSIVE_COLOURS, WIDTH, footnote, save
+from paper_figs._tables import save_table
 from probreg.diagnostics import Coverage, Ranks
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw the example, and ECDF differences of each sampler; a table of coverage."""
-    data, manifest = load_ranks("calibration_position", profile, results)
+    data, manifest = load_cases("calibration_position", profile, results)
     laws = [str(s) for s in data["law"].values]
     samplers = [str(s) for s in data["sampler"].values]
     names = tuple(str(q) for q in data["quantity"].values)
@@ -54,9 +56,9 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     return paths + save_table("calibration_position_table", title, header, rows, text, out)
 
 
-def _example(axes: plt.Axes, data: object) -> None:
+def _example(axes: plt.Axes, data: xr.Dataset) -> None:
     """One posterior: density on a grid, draws, and the Laplace ellipse."""
-    one = data.isel(case=0)  # type: ignore[attr-defined]
+    one = data.isel(case=0)
     x, y = 1e-3 * one["grid_x"].values, 1e-3 * one["grid_y"].values
     log_density = one["log_density"].transpose("grid_i", "grid_j").values
     weight = np.sort(np.exp(log_density).ravel())

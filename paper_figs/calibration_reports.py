@@ -6,9 +6,10 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from paper_figs.bayes_common import draw_ecdf, load_ranks, verdict
-from paper_figs.style import WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._bayes import draw_ecdf, verdict
+from paper_figs._cases import load_cases
+from paper_figs._style import WIDTH, footnote, save
+from paper_figs._tables import save_table
 from probreg.diagnostics import Ranks
 
 REPORTS = (500, 50_000)
@@ -20,7 +21,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     rows: list[list[str]] = []
     p_values: list[float] = []
     for column, reports in zip(grid.T, REPORTS, strict=True):
-        data, manifest = load_ranks("calibration_reports", f"{profile},reports={reports}", results)
+        data, manifest = load_cases("calibration_reports", f"{profile},reports={reports}", results)
         runs = data.sizes["case"]
         for axes, law in zip(column, (str(s) for s in data["law"].values), strict=True):
             values = data["ranks"].sel(law=law).transpose("case", "quantity").values

@@ -7,9 +7,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.bayes_common import draw_ecdf, load_ranks, ranks_of, verdict
-from paper_figs.style import WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._bayes import draw_ecdf, pooled, ranks_of, verdict
+from paper_figs._cases import load_cases
+from paper_figs._style import WIDTH, footnote, save
+from paper_figs._tables import save_table
 from probreg.diagnostics import Ranks
 
 TITLES = {"pair_2d": "pair of 2-D radars", "pair_3d": "pair of 3-D radars of the RALAD scene"}
@@ -32,11 +33,9 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         paths += panels(f"calibration_ranks_{geometry}", found, note, out, histogram=True)
         rows.append([title])
         for (sampler, law), ranks in found.items():
-            fifty, ninety = (ranks.coverage(p)[:-1] for p in (0.5, 0.9))
-            pooled = [sum(c.held for c in part) / sum(c.trials for c in part)
-                      for part in (fifty, ninety)]  # fmt: skip
             cells = [f"{ranks.p_values.min():.3g}", f"{ranks.p_values[-1]:.3g}"]
-            rows.append([f"  {sampler}: {law}", *cells, *(f"{x:.3f}" for x in pooled)])
+            cells += [f"{pooled(ranks.coverage(p)[:-1]):.3f}" for p in (0.5, 0.9)]
+            rows.append([f"  {sampler}: {law}", *cells])
     header = ["", "least p", "p of log-likelihood", "50 % interval holds", "90 % interval holds"]
     title = "Calibration of every sampler under every law"
     return paths + save_table("calibration_table", title, header, rows, verdict(everything), out)
@@ -49,7 +48,7 @@ def load(
     found = {}
     runs = {}
     for study, name in (("calibration", "many"), ("calibration_nuts", "nuts")):
-        data, manifest = load_ranks(study, f"{profile},geometry={geometry}", results)
+        data, manifest = load_cases(study, f"{profile},geometry={geometry}", results)
         keep = int(manifest["config"]["keep"])
         runs[name] = data.sizes["case"]
         runs["kept"] = keep

@@ -6,23 +6,22 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from scipy.special import ndtr, ndtri
 
-from paper_figs.bayes_common import load_ranks
-from paper_figs.style import TRUTH, WIDTH, footnote, save
+from paper_figs._bayes import sharpened_coverage
+from paper_figs._cases import load_cases
+from paper_figs._style import TRUTH, WIDTH, footnote, save
 from probreg.diagnostics import Coverage
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw both probabilities with Clopper-Pearson intervals of the mean over unknowns."""
-    data, _ = load_ranks("coverage_by_gamma", profile, results)
+    data, _ = load_cases("coverage_by_gamma", profile, results)
     gammas = data["gamma"].values.astype(float)
     unknowns, runs = int(np.ravel(data["unknowns"].values)[0]), data.sizes["case"]
     figure, axes = plt.subplots(figsize=(0.7 * WIDTH, 3.4))
     line = np.geomspace(gammas[0], gammas[-1], 200)
     for k, probability in enumerate(float(p) for p in data["probability"].values):
-        z = ndtri(0.5 + 0.5 * probability)
-        axes.plot(line, 2.0 * ndtr(z / np.sqrt(line)) - 1.0, **TRUTH)
+        axes.plot(line, sharpened_coverage(probability, line), **TRUTH)
         for gamma in gammas:
             held = int(data["held"].sel(gamma=gamma, probability=probability).sum())
             found = Coverage(held, runs * unknowns, probability)

@@ -7,10 +7,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.bayes_common import load_ranks
-from paper_figs.drift_common import ONLINE, WHOLE, error_bars, rmse
-from paper_figs.style import WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._cases import load_cases
+from paper_figs._errors import ONLINE, WHOLE, error_bars, mean_and_error, rmse
+from paper_figs._style import WIDTH, footnote, name_rows, save
+from paper_figs._tables import save_table
 
 NOISES = ("Gaussian", "Student-t")
 
@@ -21,16 +21,15 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     rows: list[list[str]] = []
     runs = 0
     for panels, noise in zip(grid, NOISES, strict=True):
-        data, _ = load_ranks("drift_methods", f"{profile},noise={noise}", results)
+        data, _ = load_cases("drift_methods", f"{profile},noise={noise}", results)
         methods, runs = [str(m) for m in data["estimator"].values], data.sizes["case"]
         colours = [ONLINE if past else WHOLE for past in data["past_only"].isel(case=0).values]
         at = np.arange(len(methods))
         errors = [rmse(data["square"].sel(estimator=m)) for m in methods]
-        held = [data["held"].sel(estimator=m).mean("time").values for m in methods]
-        shares = [(own.mean(), own.std() / np.sqrt(runs)) for own in held]
+        shares = [mean_and_error(data["held"].sel(estimator=m)) for m in methods]
         error_bars(panels[0], at, np.array(errors), colours)
         error_bars(panels[1], at, np.array(shares), colours)
-        panels[0].set_yticks(at, methods, fontsize=7)
+        name_rows(panels[0], methods)
         panels[1].axvline(0.9, color="0.15", linewidth=1.0, linestyle=":")
         panels[0].set_title(f"{noise} noise")
         rows.append([f"{noise} noise"])
@@ -38,7 +37,6 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         for method, (value, error), (share, own) in zip(methods, errors, shares, strict=True):
             cells = [f"{value:.1f} ± {error:.1f}", f"{share:.3f} ± {own:.3f}"]
             rows.append([f"  {method}", *cells, f"{float(seconds.sel(estimator=method)):.3f}"])
-    grid[0, 0].invert_yaxis()
     grid[1, 0].set_xlabel("RMSE of the bias (m)")
     grid[1, 1].set_xlabel("share of 90 % intervals that hold the bias")
     note = (

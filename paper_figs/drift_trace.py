@@ -6,15 +6,15 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from paper_figs.bayes_common import load_ranks
-from paper_figs.style import TRUTH, WIDTH, footnote, save
+from paper_figs._cases import load_cases
+from paper_figs._style import TRUTH, WIDTH, footnote, label_outer, save
 
 SHOWN = ("Kalman filter", "particle filter", "RTS smoother", "Gibbs")
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw mean and 90 % band of four methods under Student-t noise."""
-    data, _ = load_ranks("drift_methods", f"{profile},noise=Student-t", results)
+    data, _ = load_cases("drift_methods", f"{profile},noise=Student-t", results)
     one = data.isel(case=0)
     time = one["time"].values
     figure, grid = plt.subplots(2, 2, figsize=(WIDTH, 4.4), sharex=True, sharey=True)
@@ -27,11 +27,11 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
             truth = one["example_truth"].sel(axis=axis).values
             axes.plot(time, truth, **{**TRUTH, "label": "truth" if k else None})
         axes.set_title(method)
-    for axes in grid[-1]:
-        axes.set_xlabel("time (s)")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("bias (m)")
+    label_outer(grid, "time (s)", "bias (m)")
     grid[0, 0].legend(fontsize=7)
-    text = "One run, Student-t noise of nu = 4 along each axis. Bands: 90 %.\nAbove: what was seen "
-    footnote(figure, text + "so far; Kalman filter and smoother take the noise for Gaussian.")
+    text = (
+        "One run, Student-t noise of nu = 4 along each axis. Bands: 90 %.\nAbove: what was seen "
+        "so far; Kalman filter and smoother take the noise for Gaussian."
+    )
+    footnote(figure, text)
     return save(figure, "drift_trace", out)

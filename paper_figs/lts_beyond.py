@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
-from paper_figs.lts_common import BREAKDOWN, READINGS, load, source, suffix
-from paper_figs.style import BOUND, WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._lts import BREAKDOWN, READINGS, load, source, suffix
+from paper_figs._style import BOUND, WIDTH, footnote, name_rows, save, shared_legend
+from paper_figs._tables import save_table
 from probreg.typing import FloatArray
 
 FAILURE = 6.0  # standard deviations of the bound beyond which an estimate has failed
@@ -39,14 +38,11 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
             axes.set_xlim(0.7, 200.0)
             axes.set_title(f"sigma = {sigma:.0f} m")
             axes.set_xlabel("error over bound")
-        panels[0].set_yticks(range(len(names)), names, fontsize=7)
-        panels[0].invert_yaxis()
-        handles = []
+        name_rows(panels[0], names)
         for label, marker in MARKERS.items():
             fill = "full" if marker == "o" else "none"
-            style: dict[str, Any] = {"marker": marker, "markersize": 4, "fillstyle": fill}
-            handles.append(plt.Line2D([], [], color="C0", linestyle="", label=label, **style))
-        figure.legend(handles=handles, loc="outside upper center", ncols=3)
+            panels[0].plot([], [], marker, color="C0", markersize=4, fillstyle=fill, label=label)
+        shared_legend(figure, panels[0], len(MARKERS))
         text = f"right: share of runs with an error beyond {FAILURE:.0f} bounds in any parameter"
         footnote(figure, source(manifest, text))
         paths += save(figure, f"lts_beyond{suffix(reading)}", out)

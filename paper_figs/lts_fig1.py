@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from experiments.results import load_result
-from paper_figs.lts_common import SOURCE
-from paper_figs.style import COLOURS, WIDTH, footnote, save
+from paper_figs._lts import SOURCE
+from paper_figs._style import COLOURS, WIDTH, footnote, save
 
 SENSOR_COLOURS = {"A": COLOURS["RLS"], "B": COLOURS["RALAD"]}
 

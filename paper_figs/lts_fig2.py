@@ -7,8 +7,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from experiments.results import load_result
-from paper_figs.lts_common import READINGS, SOURCE
-from paper_figs.style import COLOURS, WIDTH, footnote, save
+from paper_figs._lts import READINGS, SOURCE
+from paper_figs._style import COLOURS, WIDTH, footnote, save, shared_legend
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
@@ -29,12 +29,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_title(f"{reading} reading: {wrong.sum()} of {wrong.size} pairs wrong")
         axes.set_xlabel("x, east (km)")
     panels[0].set_ylabel("y, north (km)")
-    handles, labels = panels[0].get_legend_handles_labels()
-    handles += [
-        plt.Line2D([], [], color="0.2", label="right pair"),
-        plt.Line2D([], [], color="#C00000", linestyle="--", label="wrong pair"),
-    ]
-    labels += ["right pair", "wrong pair"]
-    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    panels[0].plot([], [], color="0.2", label="right pair")
+    panels[0].plot([], [], color="#C00000", linestyle="--", label="wrong pair")
+    shared_legend(figure, panels[0], 4)
     footnote(figure, f"After Figure 2 of {SOURCE}; one run each, sigma = 100 m")
     return save(figure, "lts_fig2", out)

@@ -7,14 +7,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.bayes_common import load_ranks
-from paper_figs.mh_common import SOURCE
-from paper_figs.style import WIDTH, footnote, save
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._mh import SOURCE
+from paper_figs._style import WIDTH, footnote, save
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw the error over time of four chains with a flat prior, and of the Kalman filter."""
-    data, manifest = load_ranks("mh_sensitivity", profile, results)
+    data, manifest = load_cases("mh_sensitivity", profile, results)
     figure, axes = plt.subplots(figsize=(WIDTH, 3.4))
     for k, chain in enumerate(str(c) for c in data["chain"].values):
         square = data["lowpass_square"].sel(chain=chain).mean("case").values
@@ -27,9 +27,10 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     axes.set_xlabel("time (s)")
     axes.set_ylabel("RMSE of the bias (m)")
     axes.legend(fontsize=7, ncols=2)
-    config = manifest["config"]
-    runs = config["replicates"] * config["runs"]
-    text = f"Scene of {SOURCE}, form B, constant bias, flat prior, last state of each scan, {runs} "
-    text += "runs\nA chain too short to converge remembers the scans before: it falls below the "
-    footnote(figure, text + "floor, and is slow to leave its start")
+    text = (
+        f"Scene of {SOURCE}, form B, constant bias, flat prior, last state of each scan, "
+        f"{runs_of(manifest)} runs\nA chain too short to converge remembers the scans before: "
+        "it falls below the floor, and is slow to leave its start"
+    )
+    footnote(figure, text)
     return save(figure, "mh_lowpass", out)

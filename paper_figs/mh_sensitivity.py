@@ -7,9 +7,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.bayes_common import load_ranks
-from paper_figs.mh_common import MH_COLOURS, SOURCE
-from paper_figs.style import WIDTH, footnote, save
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._mh import SOURCE, TARGET_COLOURS
+from paper_figs._style import WIDTH, footnote, save
 
 LABELS = {
     "share_global": "beta, share of global proposals",
@@ -23,15 +23,11 @@ ROWS = {
     "held": "90 % intervals hold",
     "effective": "effective share of draws",
 }
-COLOURS = {
-    "flat": MH_COLOURS["flat prior, chain mean"],
-    "sequential": MH_COLOURS["sequential MH"],
-}
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw error, coverage and efficiency against each setting."""
-    data, manifest = load_ranks("mh_sensitivity", profile, results)
+    data, manifest = load_cases("mh_sensitivity", profile, results)
     figure, grid = plt.subplots(len(ROWS), len(LABELS), figsize=(1.3 * WIDTH, 5.2), sharey="row")
     factor = data["factor"].values
     for c, (name, label) in enumerate(LABELS.items()):
@@ -39,7 +35,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         value = data["value"].isel(case=0).values[own]
         for r, (kind, title) in enumerate(ROWS.items()):
             axes = grid[r, c]
-            for target, colour in COLOURS.items():
+            for target, colour in TARGET_COLOURS.items():
                 mean = data[kind].sel(target=target).isel(setting=own).mean("case").values
                 shown = np.sqrt(mean) if kind == "square" else mean
                 axes.plot(value, shown, "o-", markersize=3, color=colour, label=target)
@@ -54,11 +50,10 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     for axes in grid[:, -1]:
         axes.set_xticks([0.0, 1.0], ["no", "yes"])
     grid[0, 0].legend(fontsize=7)
-    config = manifest["config"]
-    runs = config["replicates"] * config["runs"]
     text = (
-        f"Scene of {SOURCE}, form B, drifting bias, {runs} runs\nOtherwise beta = 0.1, gamma = 1, "
+        f"Scene of {SOURCE}, form B, drifting bias, {runs_of(manifest)} runs\n"
+        "Otherwise beta = 0.1, gamma = 1, 1000 proposals, step from the posterior's covariance, "
+        "warm start from (-1000, -1000) m"
     )
-    text += "1000 proposals, step from the posterior's covariance, warm start from (-1000, -1000) m"
     footnote(figure, text)
     return save(figure, "mh_sensitivity", out)

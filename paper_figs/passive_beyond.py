@@ -9,14 +9,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
-from paper_figs.passive_common import load, root_mean, root_median, runs_of
-from paper_figs.style import BOUND, PASSIVE_COLOURS, WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._passive import root_mean, root_median
+from paper_figs._style import BOUND, PASSIVE_COLOURS, WIDTH, footnote, label_outer, save
+from paper_figs._tables import save_table
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw error over bound by number of bearings, one panel a scene; and the table."""
-    data, manifest = load("passive_beyond", profile, results)
+    data, manifest = load_cases("passive_beyond", profile, results)
     scenes = [str(s) for s in data["scene"].values]
     figure, panels = plt.subplots(2, 4, figsize=(WIDTH, 4.8), sharex=True, sharey=True)
     handles: dict[str, Any] = {}
@@ -31,14 +32,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_yscale("log")
         axes.set_ylim(0.8, 30.0)
         axes.set_title(scene.replace(", ", ",\n", 1), fontsize=8)
-    for axes in panels.ravel()[len(scenes) :]:
-        axes.set_axis_off()
-        axes.legend(handles.values(), handles.keys(), fontsize=6.5, loc="center")
-    for axes in (*panels[1, :3], panels[0, 3]):
-        axes.set_xlabel("bearings")
-        axes.tick_params(labelbottom=True)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("RMSE over bound")
+    label_outer(panels, "bearings", "RMSE over bound", len(scenes))
+    panels[-1, -1].legend(handles.values(), handles.keys(), fontsize=6.5, loc="center")
     config = manifest["config"]
     text = (
         f"{runs_of(manifest)} runs. The bound is that of the bearings that are no outliers; where "

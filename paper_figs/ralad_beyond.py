@@ -8,9 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
-from paper_figs.ralad_common import PARAMETERS, load_case, unit_factor
-from paper_figs.style import BOUND, COLOURS, WIDTH, footnote, save
-from paper_figs.tables import save_table
+from paper_figs._ralad import PARAMETERS, load_case, unit_factor
+from paper_figs._style import BOUND, COLOURS, WIDTH, footnote, name_rows, save, shared_legend
+from paper_figs._tables import save_table
 from probreg.diagnostics import Measured, bias, rmse
 
 TITLES = {0: "clean data", 1: "case 1", 2: "case 2"}
@@ -76,14 +76,11 @@ def _figure(cases: dict[int, xr.Dataset], runs: int, out: Path) -> list[Path]:
             axes.set_title(f"{TITLES[case]}: {quantity}")
             if case == max(cases):
                 axes.set_xlabel(f"RMSE, {label}")
-        row[0].set_yticks(range(len(methods)), methods, fontsize=7)
-        row[0].invert_yaxis()
-    handles = [
-        plt.Line2D([], [], color="0.3", marker=marker, linestyle="", markersize=4, label=reading)
-        for reading, marker in MARKERS.items()
-    ]
-    handles.append(plt.Line2D([], [], label="Cramer-Rao bound, all rows clean", **BOUND))
-    figure.legend(handles=handles, loc="outside upper center", ncols=5)
+        name_rows(row[0], methods)
+    for reading, marker in MARKERS.items():
+        grid[0, 0].plot([], [], marker, color="0.3", markersize=4, label=reading)
+    grid[0, 0].plot([], [], label="Cramer-Rao bound, all rows clean", **BOUND)
+    shared_legend(figure, grid[0, 0], 5)
     text = (
         f"{runs} runs a case, both sensors pooled, bars: 95 %; symbols: where B and R are "
         "evaluated (relinearised: unbiased conversion, fused position)"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from paper_figs.ralad_common import SHOWN, SOURCE, load_case, mean_and_error, unit_factor
-from paper_figs.tables import save_table
+from paper_figs._ralad import SHOWN, SOURCE, load_case, mean_estimate, unit_factor
+from paper_figs._tables import save_table
 
 # printed values: range m, azimuth mrad, elevation mrad of sensor i, then of sensor j
 PAPER: dict[int, dict[str, tuple[float, ...]]] = {
@@ -81,7 +81,7 @@ def _estimates(
         printed = list(PAPER[case][method][first : first + 3])
         rows.append(["  paper", *_cells(printed, truth, None)])
         for own, reading in _versions(method):
-            measured = [mean_and_error(data, own, reading, p) for p in parameters]
+            measured = [mean_estimate(data, own, reading, p) for p in parameters]
             means, errors = [m for m, _ in measured], [e for _, e in measured]
             label = f"  ours, {reading}" + (", raw" if own.endswith("raw") else "")
             rows.append([label, *_cells(means, truth, errors)])

@@ -7,13 +7,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.passive_common import FILTER_SOURCE, draw_geometry, load, runs_of
-from paper_figs.style import BOUND, PASSIVE_COLOURS, WIDTH, footnote, save
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._passive import FILTER_SOURCE, draw_geometry
+from paper_figs._style import BOUND, PASSIVE_COLOURS, WIDTH, footnote, save
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw the scene, and the last estimates of two methods with the bound's 90 % ellipse."""
-    data, manifest = load("rekf", f"{profile},sigma_deg=0.1", results)
+    data, manifest = load_cases("rekf", f"{profile},sigma_deg=0.1", results)
     first = data.isel(case=0)
     figure, (scene, zoom) = plt.subplots(1, 2, figsize=(WIDTH, 3.2))
     own, emitter = first["own"].transpose("time", "axis").values, data["emitter"].values

@@ -7,15 +7,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from paper_figs.passive_common import (
-    FILTER_SOURCE,
-    READING_TITLES,
-    SIGMAS,
-    load,
-    median_of_bound,
-    runs_of,
-)
-from paper_figs.tables import save_table
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._passive import FILTER_SOURCE, READING_TITLES, SIGMAS, root_bound
+from paper_figs._tables import save_table
 from probreg.diagnostics import rmse
 
 TIMES = (20, 99, 160, 200)
@@ -23,13 +17,13 @@ TIMES = (20, 99, 160, 200)
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Write the three tables."""
-    loaded = {s: load("rekf", f"{profile},sigma_deg={s}", results) for s in SIGMAS}
+    loaded = {s: load_cases("rekf", f"{profile},sigma_deg={s}", results) for s in SIGMAS}
     data, manifest = loaded[SIGMAS[0]]
     note = f"{FILTER_SOURCE}; {runs_of(manifest)} runs"
     paths = _outliers(data, out)
     rows: list[list[str]] = []
     for sigma, (found, _) in loaded.items():
-        bound = median_of_bound(found, "time")
+        bound = root_bound(found, "time")
         rows.append([f"sigma = {sigma} deg"])
         rows.append(["  Cramér-Rao bound", *(f"{bound[t]:.4g}" for t in TIMES)])
         for reading, title in READING_TITLES.items():

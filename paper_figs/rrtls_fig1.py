@@ -7,13 +7,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from paper_figs.passive_common import TOTAL_SOURCE, draw_geometry, load
-from paper_figs.style import WIDTH, footnote, save
+from paper_figs._cases import load_cases
+from paper_figs._passive import TOTAL_SOURCE, draw_geometry
+from paper_figs._style import WIDTH, footnote, save
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw the scene to scale."""
-    data, _ = load("rrtls", profile, results)
+    data, _ = load_cases("rrtls", profile, results)
     first = data.isel(case=0)
     own, emitter = first["own"].transpose("point", "axis").values, data["emitter"].values
     away = emitter - own

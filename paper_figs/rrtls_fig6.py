@@ -6,26 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from paper_figs.passive_common import (
-    PERCENT,
-    TOTAL_SOURCE,
-    curve,
-    grid,
-    load,
-    median_of_bound,
-    runs_of,
-    shared_legend,
-)
-from paper_figs.style import BOUND, WIDTH, footnote, save
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._passive import PERCENT, TOTAL_SOURCE, curve, grid, root_bound
+from paper_figs._style import BOUND, footnote, save, shared_legend
 
 LIMIT = 5.0  # percent, the accuracy that the paper asks for
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw mean, median and the share of runs beyond the limit."""
-    data, manifest = load("rrtls", profile, results)
+    data, manifest = load_cases("rrtls", profile, results)
     rate = 100.0 * data["rate"].values
-    figure, panels = grid(1, 3, 3.2, WIDTH)
+    figure, panels = grid(1, 3, 3.2)
     mean_axes, median_axes, share_axes = panels[0]
     failed = {}
     for method in (str(m) for m in data["swept"].values):
@@ -36,7 +28,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         share = 100.0 * (error > LIMIT).mean(axis=0)
         curve(share_axes, rate, share, method, marker=".")
         failed[method] = float(share[np.argmin(np.abs(rate - 13.0))])
-    bound = PERCENT * median_of_bound(data, "point")[-1]
+    bound = PERCENT * root_bound(data, "point")[-1]
     for axes, title in ((mean_axes, "mean error"), (median_axes, "median error")):
         axes.set_yscale("log")
         axes.set_ylim(0.3, 60.0)

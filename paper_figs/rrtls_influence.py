@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from experiments.results import load_result
-from paper_figs.passive_common import TOTAL_SOURCE, grid
-from paper_figs.style import PASSIVE_COLOURS, TRUTH, WIDTH, footnote, save
+from paper_figs._passive import TOTAL_SOURCE, grid
+from paper_figs._style import PASSIVE_COLOURS, TRUTH, footnote, label_outer, save
 
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Draw one panel an estimator: each noise thin, their mean thick, the theory dashed."""
     data, manifest = load_result("rrtls_influence", profile, results)
     names = [str(name) for name in data["estimator"].values]
-    figure, panels = grid(2, 3, 4.6, WIDTH)
+    figure, panels = grid(2, 3, 4.6)
     shift = data["shift"].isel(replicate=0) if "replicate" in data["shift"].dims else data["shift"]
     for axes, name in zip(panels.ravel(), names, strict=False):
         moved = data["empirical"].sel(estimator=name).transpose("replicate", "shift").values
@@ -25,13 +25,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_title(name)
         axes.set_ylim((-1.1, 0.6) if name in ("RLS", "RTLS") else (-0.2, 0.2))
         axes.legend(fontsize=6.5, loc="lower left")
-    for axes in panels.ravel()[len(names) :]:
-        axes.set_axis_off()
-    for axes in (panels[1, 0], panels[1, 1], panels[0, 2]):
-        axes.set_xlabel("error of the bearing (sigma)")
-        axes.tick_params(labelbottom=True)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("change along sight (%)")
+    label_outer(panels, "error of the bearing (sigma)", "change along sight (%)", len(names))
     config = manifest["config"]
     text = (
         f"After section 2.3 of {TOTAL_SOURCE}\nThe bearing of point {config['point']} moves, the "

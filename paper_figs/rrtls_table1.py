@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from paper_figs.passive_common import PERCENT, TOTAL_SOURCE, load, median_of_bound, runs_of
-from paper_figs.tables import save_table
+from paper_figs._cases import load_cases, runs_of
+from paper_figs._passive import PERCENT, TOTAL_SOURCE, root_bound
+from paper_figs._tables import save_table
 from probreg.diagnostics import rmse
 
 POINTS = (50, 100, 150, 200)
@@ -16,7 +17,7 @@ TITLES = {"none": "no outliers", "table": "outliers of Table 1"}
 
 def draw(profile: str, results: Path, out: Path) -> list[Path]:
     """Write both tables."""
-    data, manifest = load("rrtls", profile, results)
+    data, manifest = load_cases("rrtls", profile, results)
     size = data["size"].isel(case=0).values
     at = np.flatnonzero(size)
     groups = np.split(at, np.flatnonzero((np.diff(at) > 1) & (np.diff(size[at]) != 0.0)) + 1)
@@ -32,7 +33,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
     )
     title = "Table 1: outliers as used"
     paths = save_table("rrtls_table1", title, ["point", "size"], rows, note, out)
-    bound = PERCENT * median_of_bound(data, "point")
+    bound = PERCENT * root_bound(data, "point")
     cells: list[list[str]] = [["Cramér-Rao bound", *(f"{bound[p - 1]:.3g}" for p in POINTS)]]
     for condition, heading in TITLES.items():
         cells.append([heading])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from paper_figs.__main__ import names
+from paper_figs.__main__ import figures
 from tests.paper_figs.small import draw_all, missing, run_small
 
 STUDIES = ["calibration", "calibration_nuts", "calibration_position", "calibration_reports"]
@@ -25,7 +25,7 @@ def drawn(tmp_path_factory):
 
 
 def test_all_figures_of_the_samplers_are_there():
-    assert set(BAYES) <= set(names())
+    assert set(BAYES) <= set(figures())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):

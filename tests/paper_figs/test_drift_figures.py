@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from paper_figs.__main__ import names
+from paper_figs.__main__ import figures
 from tests.paper_figs.small import draw_all, missing, run_small
 
 STUDIES = ["mh", "mh_sensitivity", "mh_radar", "drift_methods", "drift_calibration"]
@@ -20,7 +20,7 @@ def drawn(tmp_path_factory):
 
 
 def test_all_figures_of_drift_are_there():
-    assert set(MH) <= set(names())
+    assert set(MH) <= set(figures())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):

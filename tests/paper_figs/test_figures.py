@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ import pytest
 import paper_figs
 from experiments.results import load_result
 from experiments.study import study_names
-from paper_figs.__main__ import names
+from paper_figs.__main__ import figures
 from tests.paper_figs import test_autoferry as autoferry
 from tests.paper_figs.small import draw, draw_all, missing, run_small
 from tests.paper_figs.test_bayes_figures import BAYES
@@ -38,12 +39,12 @@ def results(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def drawn(results, tmp_path_factory):
-    figures = [name for name in names() if name not in [*BAYES, *MH, *autoferry.FIGURES]]
-    return draw_all(figures, results, tmp_path_factory.mktemp("out"))
+    wanted = [name for name in figures() if name not in [*BAYES, *MH, *autoferry.FIGURES]]
+    return draw_all(wanted, results, tmp_path_factory.mktemp("out"))
 
 
 def test_all_figures_of_the_paper_are_there():
-    assert set(PAPER + PASSIVE) <= set(names())
+    assert set(PAPER + PASSIVE) <= set(figures())
 
 
 def test_every_figure_is_drawn_as_vector_and_picture(drawn):
@@ -110,10 +111,46 @@ def test_a_missing_result_names_its_command(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unknown_figure_names_the_nearest(tmp_path):
-    done = draw("ralad_fig9", "--out", tmp_path)
+def test_an_unknown_figure_names_the_nearest_and_all_known(tmp_path):
+    done = draw("ralad_fig9", "--out", tmp_path / "out")
     assert done.returncode == 1
     assert "Did you mean 'ralad_fig" in done.stderr
+    known = done.stderr.split("Known: ")[1].rstrip(".\n").split(", ")
+    assert known == sorted(set(PAPER + PASSIVE + BAYES + MH + autoferry.FIGURES))
+    assert not (tmp_path / "out").exists()
+
+
+def test_neither_helpers_nor_tables_of_figures_are_names(tmp_path):
+    for module in ("_style", "style", "_ralad", "ralad", "rekf", "__main__"):
+        assert draw(module, "--out", tmp_path / "out").returncode == 1, module
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder whose modules count as modules of the package."""
+    monkeypatch.setattr(paper_figs, "__path__", [*paper_figs.__path__, str(tmp_path)])
+    yield tmp_path
+    for path in tmp_path.glob("*.py"):
+        sys.modules.pop(f"paper_figs.{path.stem}", None)
+        if hasattr(paper_figs, path.stem):
+            delattr(paper_figs, path.stem)
+
+
+def test_a_new_file_is_found_without_a_line_elsewhere(folder):
+    before = set(figures())
+    (folder / "new_alone.py").write_text("NEEDS = 'DATA'\ndef draw(*_):\n    return []\n")
+    (folder / "new_table.py").write_text("FIGURES = {'new_b': print, 'new_a': print}\n")
+    (folder / "_new_help.py").write_text("raise RuntimeError('never imported')\n")
+    found = figures()
+    assert set(found) - before == {"new_alone", "new_a", "new_b"}
+    assert (found["new_alone"].needs, found["new_a"].needs) == ("DATA", "")
+
+
+def test_a_name_given_twice_is_refused(folder):
+    (folder / "new_twice.py").write_text("FIGURES = {'ralad_fig1': print}\n")
+    with pytest.raises(ValueError, match="ralad_fig1"):
+        figures()
 
 
 def test_drawing_never_computes():

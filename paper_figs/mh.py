@@ -1,46 +1,34 @@
-"""What the figures of the Metropolis-Hastings paper share."""
+"""Metropolis-Hastings paper, Figures 1-8: tracks, biases and errors over time."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-import xarray as xr
 
-from experiments.results import load_result
-from paper_figs.style import TRUTH, WIDTH, footnote, save
+from paper_figs._cases import runs_of
+from paper_figs._mh import FORM_TITLES, MH_COLOURS, SOURCE, load
+from paper_figs._style import TRUTH, WIDTH, footnote, label_outer, save, shared_legend
 
-SOURCE = "Zhou, Liang and Pan, Systems Engineering and Electronics 34(3), 2012"
-FORM_TITLES = {"reference": "B: target known", "pair": "C: second, calibrated sensor"}
 ROWS = {"paper's protocol": "the paper's protocol", "sequential MH": "sequential inference"}
-MH_COLOURS = {
-    "uncorrected": "#888888",
-    "paper's protocol": "#D55E00",
-    "flat prior, chain mean": "#E69F00",
-    "sequential MH": "#0072B2",
-    "Kalman filter": "#009E73",
-    "RTS smoother": "#CC79A7",
+# what the error is of, and what must be said of it
+ERRORS = {
+    "bias": (
+        "RMSE of the bias (m)",
+        "A flat prior for each scan cannot fall below the error of one scan.",
+    ),
+    "position": (
+        "RMSE of a corrected position (m)",
+        "A fresh target of the same sensor is scored: the one that gave the bias is not free.",
+    ),
 }
 
 
-def load(drifting: bool, profile: str, results: Path) -> tuple[xr.Dataset, dict[str, Any]]:
-    """Results with blocks and runs joined to one dimension "case"."""
-    data, manifest = load_result("mh", f"{profile},drifting={drifting}", results)
-    return data.stack(case=("replicate", "run"), create_index=False), manifest
-
-
-def note(number: int, drifting: bool, manifest: dict[str, Any], text: str) -> str:
-    """Footnote: where the numbers come from."""
-    config = manifest["config"]
-    kind = "drifting" if drifting else "constant"
-    runs = config["replicates"] * config["runs"]
-    return f"After Figure {number} of {SOURCE}\n{kind} bias, {runs} runs. {text}"
-
-
 def draw_tracks(
-    name: str, number: int, drifting: bool, profile: str, results: Path, out: Path
+    profile: str, results: Path, out: Path, *, number: int, drifting: bool
 ) -> list[Path]:
     """Figures 1 and 5: the track, what is reported, and what is left after correction."""
     data, manifest = load(drifting, profile, results)
@@ -57,19 +45,14 @@ def draw_tracks(
             axes.plot(*corrected.T, ".", color=MH_COLOURS[method], markersize=2.5,
                       label="corrected")  # fmt: skip
             axes.set_title(f"{FORM_TITLES[form]}; {ROWS[method]}", fontsize=8)
-    for axes in grid[-1]:
-        axes.set_xlabel("x (km)")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("y (km)")
+    label_outer(grid, "x (km)", "y (km)")
     grid[0, 0].legend(fontsize=7)
     text = "One run; the same reports are corrected that gave the bias."
-    footnote(figure, note(number, drifting, manifest, text))
-    return save(figure, name, out)
+    footnote(figure, _note(number, drifting, manifest, text))
+    return save(figure, f"mh_fig{number}", out)
 
 
-def draw_bias(
-    name: str, number: int, drifting: bool, profile: str, results: Path, out: Path
-) -> list[Path]:
+def draw_bias(profile: str, results: Path, out: Path, *, number: int, drifting: bool) -> list[Path]:
     """Figures 2 and 6: the bias and its estimate over time."""
     data, manifest = load(drifting, profile, results)
     one = data.isel(case=0)
@@ -84,23 +67,14 @@ def draw_bias(
                 axes.plot(time, estimate, color=f"C{k}", linewidth=0.9, label=f"estimate, {axis}")
                 axes.plot(time, truth, color=f"C{k}", linestyle="--", label=f"true bias, {axis}")
             axes.set_title(f"{FORM_TITLES[form]}; {ROWS[method]}", fontsize=8)
-    for axes in grid[-1]:
-        axes.set_xlabel("time (s)")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("bias (m)")
+    label_outer(grid, "time (s)", "bias (m)")
     grid[0, 0].legend(fontsize=7)
-    footnote(figure, note(number, drifting, manifest, "One run."))
-    return save(figure, name, out)
+    footnote(figure, _note(number, drifting, manifest, "One run."))
+    return save(figure, f"mh_fig{number}", out)
 
 
 def draw_errors(
-    name: str,
-    number: int,
-    drifting: bool,
-    quantity: str,
-    profile: str,
-    results: Path,
-    out: Path,
+    profile: str, results: Path, out: Path, *, number: int, drifting: bool, quantity: str
 ) -> list[Path]:
     """Figures 3, 4, 7 and 8: root mean square error over time, of the bias or of a position."""
     data, manifest = load(drifting, profile, results)
@@ -114,13 +88,25 @@ def draw_errors(
         axes.set_title(FORM_TITLES[form])
         axes.set_xlabel("time (s)")
         axes.set_yscale("log")
-    label = "RMSE of the bias (m)" if quantity == "bias" else "RMSE of a corrected position (m)"
+    label, text = ERRORS[quantity]
     panels[0].set_ylabel(label)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    text = "A flat prior for each scan cannot fall below the error of one scan."
-    if quantity == "position":
-        text = (
-            "A fresh target of the same sensor is scored: the one that gave the bias is not free."
-        )
-    footnote(figure, note(number, drifting, manifest, text))
-    return save(figure, name, out)
+    shared_legend(figure, panels[0], 3)
+    footnote(figure, _note(number, drifting, manifest, text))
+    return save(figure, f"mh_fig{number}", out)
+
+
+def _note(number: int, drifting: bool, manifest: dict[str, Any], text: str) -> str:
+    kind = "drifting" if drifting else "constant"
+    return f"After Figure {number} of {SOURCE}\n{kind} bias, {runs_of(manifest)} runs. {text}"
+
+
+FIGURES = {
+    "mh_fig1": partial(draw_tracks, number=1, drifting=True),
+    "mh_fig2": partial(draw_bias, number=2, drifting=True),
+    "mh_fig3": partial(draw_errors, number=3, drifting=True, quantity="bias"),
+    "mh_fig4": partial(draw_errors, number=4, drifting=True, quantity="position"),
+    "mh_fig5": partial(draw_tracks, number=5, drifting=False),
+    "mh_fig6": partial(draw_bias, number=6, drifting=False),
+    "mh_fig7": partial(draw_errors, number=7, drifting=False, quantity="bias"),
+    "mh_fig8": partial(draw_errors, number=8, drifting=False, quantity="position"),
+}

@@ -1,17 +1,15 @@
-"""What the figures of the Bayesian studies share: colours, ranks, ECDF panels."""
+"""What the figures of the Bayesian studies share: colours, ranks, coverage, ECDF panels."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
+from scipy.special import ndtr, ndtri
 
-from experiments.results import load_result
-from probreg.diagnostics import Ranks
-from probreg.typing import IntArray
+from probreg.diagnostics import Coverage, Ranks
+from probreg.typing import FloatArray, IntArray
 
 LAW_COLOURS = {
     "Gaussian": "#0072B2",
@@ -22,12 +20,6 @@ LAW_COLOURS = {
 FAMILY_WISE = 1e-3  # false-alarm rate over everything in one figure
 
 
-def load_ranks(study: str, label: str, results: Path) -> tuple[xr.Dataset, dict[str, Any]]:
-    """Results with blocks and runs joined to one dimension "case"."""
-    data, manifest = load_result(study, label, results)
-    return data.stack(case=("replicate", "run"), create_index=False), manifest
-
-
 def ranks_of(values: IntArray, keep: int) -> Ranks | None:
     """Ranks (cases, q) of one combination; None where it was not run."""
     present = (values >= 0).all(axis=0)
@@ -35,6 +27,17 @@ def ranks_of(values: IntArray, keep: int) -> Ranks | None:
         return None
     names = tuple(str(k) for k in np.flatnonzero(present))
     return Ranks(values[:, present], keep, names)
+
+
+def pooled(found: Sequence[Coverage]) -> float:
+    """Share of intervals that hold the truth, over several quantities."""
+    return sum(one.held for one in found) / sum(one.trials for one in found)
+
+
+def sharpened_coverage(probability: float, gamma: FloatArray) -> FloatArray:
+    """What a normal posterior to the power of gamma covers where `probability` is claimed."""
+    coverage: FloatArray = 2.0 * ndtr(ndtri(0.5 + 0.5 * probability) / np.sqrt(gamma)) - 1.0
+    return coverage
 
 
 def draw_ecdf(axes: Axes, ranks: Ranks, colour: str, alarm: float = 0.05) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.results import write_whole
@@ -118,6 +120,31 @@ def write_text(text: str, name: str, out: Path) -> Path:
 
     write_whole(path, write)
     return path
+
+
+def shared_legend(figure: Figure, axes: Axes, columns: int, **style: Any) -> None:
+    """One legend above all panels, of what one of them shows."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns, **style)
+
+
+def label_outer(grid: np.ndarray, xlabel: str, ylabel: str, count: int | None = None) -> None:
+    """Label the lowest panel of each column and the first of each row, the first `count` used."""
+    count = grid.size if count is None else count
+    for k, axes in enumerate(grid.ravel()):
+        if k >= count:
+            axes.set_axis_off()
+        elif k + grid.shape[1] >= count:
+            axes.set_xlabel(xlabel)
+            axes.tick_params(labelbottom=True)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(ylabel)
+
+
+def name_rows(axes: Axes, names: Sequence[str]) -> None:
+    """One name a unit of the y axis, the first on top."""
+    axes.set_yticks(range(len(names)), names, fontsize=7)
+    axes.yaxis.set_inverted(True)
 
 
 def footnote(figure: Figure, text: str) -> None:

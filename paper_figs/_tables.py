@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
-from paper_figs.style import WIDTH, save, write_text
+from paper_figs._style import WIDTH, save, write_text
 
 
 def save_table(
@@ -49,17 +50,10 @@ def save_table(
         write_text(buffer.getvalue(), f"{name}.csv", out),
         write_text("\n".join([*lines, "", note, ""]), f"{name}.md", out),
     ]
-    return paths + _render(name, title, header, rows, note, out)
+    return paths + save(_render(title, header, rows, note), name, out)
 
 
-def _render(
-    name: str,
-    title: str,
-    header: Sequence[str],
-    rows: Sequence[Sequence[str]],
-    note: str,
-    out: Path,
-) -> list[Path]:
+def _render(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], note: str) -> Figure:
     line = 0.19
     notes = note.count("\n") + 1
     height = line * (len(rows) + 2.6 + 0.8 * notes)
@@ -83,7 +77,7 @@ def _render(
             axes.text(edge, -y - 0.7, cell, ha="right", **style)
     axes.hlines(-len(rows) - 1.25, 0.0, 1.0, color="0.2", linewidth=1.0)
     axes.text(0.0, -len(rows) - 1.5, note, va="top", fontsize=6.5, color="0.35")
-    return save(figure, name, out)
+    return figure
 
 
 def _right_edges(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[float], float]:

@@ -1,8 +1,8 @@
-"""What the figures of the two bearings-only papers share: loading, scores, panels."""
+"""What the figures of the two bearings-only papers share: errors, bound, panels."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -11,8 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.results import load_result
-from paper_figs.style import BOUND, PASSIVE_COLOURS, TRUTH
+from paper_figs._style import BOUND, PASSIVE_COLOURS, TRUTH, WIDTH
 from probreg.typing import FloatArray
 
 FILTER_SOURCE = "Zhang, Chen, Wu and Zhang, J. Air Force Engineering Univ. 15(4), 2014"
@@ -26,12 +25,6 @@ READING_TITLES = {
 }
 
 
-def load(study: str, label: str, results: Path) -> tuple[xr.Dataset, dict[str, Any]]:
-    """Results with blocks and runs joined to one dimension "case"."""
-    data, manifest = load_result(study, label, results)
-    return data.stack(case=("replicate", "run"), create_index=False), manifest
-
-
 def root_mean(square: xr.DataArray, dim: str = "case") -> FloatArray:
     """Root mean square error from squared errors."""
     return np.sqrt(square.mean(dim, skipna=False).values)
@@ -42,7 +35,7 @@ def root_median(square: xr.DataArray, dim: str = "case") -> FloatArray:
     return np.sqrt(square.median(dim, skipna=False).values)
 
 
-def median_of_bound(data: xr.Dataset, dim: str) -> FloatArray:
+def root_bound(data: xr.Dataset, dim: str) -> FloatArray:
     """Bound after each bearing, root of the trace; the same in every replicate."""
     return np.sqrt(data["squared_bound"].isel(case=0).transpose(dim).values)
 
@@ -52,21 +45,23 @@ def curve(axes: Axes, x: FloatArray, y: FloatArray, name: str, **style: Any) -> 
     axes.plot(x, y, color=PASSIVE_COLOURS[name], label=name, **style)
 
 
-def bound_curve(axes: Axes, x: FloatArray, y: FloatArray) -> None:
-    """Draw the bound."""
-    axes.plot(x, y, label="Cramér-Rao bound", **BOUND)
-
-
-def runs_of(manifest: dict[str, Any]) -> int:
-    """Number of Monte Carlo runs behind a result."""
-    config = manifest["config"]
-    return int(config["replicates"] * config.get("runs", 1))
-
-
-def shared_legend(figure: Figure, axes: Axes, columns: int) -> None:
-    """One legend above all panels."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
+def draw_curves(
+    axes: Axes,
+    data: xr.Dataset,
+    dim: str,
+    methods: Sequence[str],
+    measure: Callable[[xr.DataArray], FloatArray],
+    scale: float = 1.0,
+) -> dict[str, FloatArray]:
+    """Draw the error of each method and the bound against `dim`; gives the errors drawn."""
+    x = data[dim].values
+    drawn = {}
+    for name in methods:
+        drawn[name] = scale * measure(data["squared_error"].sel(estimator=name))
+        curve(axes, x, drawn[name], name)
+    axes.plot(x, scale * root_bound(data, dim), label="Cramér-Rao bound", **BOUND)
+    axes.set_yscale("log")
+    return drawn
 
 
 def draw_geometry(
@@ -87,9 +82,9 @@ def draw_geometry(
     axes.set_ylabel("y (km)")
 
 
-def grid(rows: int, columns: int, height: float, width: float) -> tuple[Figure, Any]:
+def grid(rows: int, columns: int, height: float) -> tuple[Figure, Any]:
     """Panels that share their x axis."""
     figure, panels = plt.subplots(
-        rows, columns, figsize=(width, height), sharex=True, squeeze=False
+        rows, columns, figsize=(WIDTH, height), sharex=True, squeeze=False
     )
     return figure, panels
