@@ -7,6 +7,7 @@ VENV    := .venv
 PY      := $(VENV)/bin/python
 PIP     := $(PY) -m pip install --quiet --disable-pip-version-check
 READY   := $(VENV)/.ready
+TORCH   := $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' requirements.lock)
 
 .PHONY: help figures test test-slow lint types benchmark check-install lock clean
 
@@ -45,13 +46,20 @@ check-install: $(READY)  ## the wheel in empty environments, newest dependencies
 lock:  ## write the locks afresh from pyproject.toml
 	$(PYTHON) .ci/lock.py
 
-# rebuilt only when the lock or the project file changes; torch for Linux may be a CUDA build
+# Rebuilt only when the lock or the project file changes. Torch comes first, by its own download:
+# where pip knows hashes it prefers the index's CUDA build to a CPU build on disk. A CUDA build
+# brings its libraries.
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || \
 	  { echo "probreg needs Python 3.11 or later; run: make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
+	rm -rf $(VENV)/torch
+	$(PY) -m pip download --quiet --no-deps --dest $(VENV)/torch $(TORCH)
+	$(PY) -m pip hash $(VENV)/torch/*.whl | grep -o "sha256:.*" | grep -qFf - requirements.lock
+	$(PIP) --no-deps --no-index --find-links $(VENV)/torch $(TORCH)
+	rm -r $(VENV)/torch
 	$(PIP) --no-deps --require-hashes -r requirements.lock
-	@if $(PY) -m pip check | grep -q "requires nvidia-"; then set -x; \
+	@if $(PY) -m pip check 2>/dev/null | grep -q "requires nvidia-"; then set -x; \
 	  $(PIP) --no-deps --require-hashes -r requirements-cuda.lock; fi
 	$(PIP) --no-deps --no-build-isolation -e .
 	touch $(READY)
