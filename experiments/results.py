@@ -18,7 +18,7 @@ import probreg
 from experiments.study import StudyError
 
 ROOT = Path(__file__).parent / "results"
-PACKAGES = ("probreg", "numpy", "scipy", "numba", "xarray")
+PACKAGES = ("numpy", "scipy", "numba", "xarray")
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
@@ -143,6 +143,7 @@ def file_hash(path: Path) -> str:
 def provenance() -> dict[str, Any]:
     """Versions, commit, source hash and Python that a result was made with."""
     versions = {name: importlib.metadata.version(name) for name in PACKAGES}
+    versions["probreg"] = probreg.__version__
     python = sys.version.split()[0]
     return {"versions": versions, "python": python, "commit": _commit(), "code": code_hash()}
 
@@ -153,7 +154,7 @@ def code_hash() -> str:
     for package in (Path(probreg.__file__).parent, Path(__file__).parent):
         for path in sorted(package.rglob("*.py")):
             digest.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
-    for name in PACKAGES[1:]:
+    for name in PACKAGES:
         digest.update(f"{name} {importlib.metadata.version(name)}".encode())
     return digest.hexdigest()
 

@@ -11,6 +11,10 @@ class InvalidInputError(ProbregError):
     """An array or setting that cannot be what the caller meant."""
 
 
+class MissingExtraError(InvalidInputError):
+    """What was asked for needs an optional package that is not installed."""
+
+
 class UnobservableError(ProbregError):
     """Data and prior leave a combination of the unknowns undetermined."""
 

@@ -152,6 +152,7 @@ def _register(
         from probreg.recordings import setup_file
 
         with page.result_folder(out, "register", overwrite=overwrite) as part:
+            page.check_writable(part)
             rng = np.random.default_rng(seed)
             chosen = _laws(laws)
             setup = setup_file.read(sensors)

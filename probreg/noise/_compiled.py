@@ -1,13 +1,10 @@
-"""Scalar functions of a law, compiled once, and loops that apply them to many rows."""
+"""Scalar functions of a law, compiled once; numba is loaded with the first of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
 from typing import Any
-
-import numba
-import numpy as np
 
 from probreg.typing import FloatArray
 
@@ -23,20 +20,20 @@ def compile_scalar(function: WeightFunction | KernelFunction) -> Any:
     Because that type is shared, a loop that takes such a function is compiled once for all
     laws and kept on disk.
     """
+    import numba  # slow to import: laws are used without weights too
+
     return numba.cfunc(_SIGNATURE, cache=True)(function)
 
 
-@numba.njit(cache=True)
 def apply_each(weight: Any, d2: FloatArray, m: FloatArray, params: FloatArray) -> FloatArray:
-    out = np.empty(d2.size)
-    for i in range(d2.size):
-        out[i] = weight(d2[i], m[i], params[i])
-    return out
+    """Values f(d2, m, params) of rows with parameters of their own, shapes (n,), (n,), (n, k)."""
+    from probreg.noise import _loops
+
+    return _loops.apply_each(weight, d2, m, params)
 
 
-@numba.njit(cache=True)
 def apply_same(weight: Any, d2: FloatArray, m: float, params: FloatArray) -> FloatArray:
-    out = np.empty(d2.size)
-    for i in range(d2.size):
-        out[i] = weight(d2[i], m, params)
-    return out
+    """Values f(d2, m, params) of rows (n,) with the same m and params (k,)."""
+    from probreg.noise import _loops
+
+    return _loops.apply_same(weight, d2, m, params)

@@ -2,7 +2,7 @@
 
 from probreg.page._corrected import Source, read_source, write_changed
 from probreg.page._folder import result_folder
-from probreg.page._outputs import read_biases, write_summary
+from probreg.page._outputs import check_writable, read_biases, write_summary
 from probreg.page._provenance import Provenance, checksum
 from probreg.page._words import biases_text, matters
 from probreg.page._write import fill, write, write_report
@@ -11,6 +11,7 @@ __all__ = [
     "Provenance",
     "Source",
     "biases_text",
+    "check_writable",
     "checksum",
     "fill",
     "matters",

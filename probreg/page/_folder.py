@@ -50,6 +50,8 @@ def result_folder(folder: str | Path, command: str, *, overwrite: bool = False) 
 
 
 def _make(part: Path, folder: Path) -> None:
+    if folder.exists() and not os.access(folder, os.W_OK | os.X_OK):
+        raise InvalidInputError(f"{folder} cannot be written; change its permissions.")
     try:
         part.mkdir(mode=0o700)
     except OSError as error:

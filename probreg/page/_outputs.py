@@ -18,6 +18,7 @@ from probreg.page._words import matters
 from probreg.registration import RankedTerms, Registration
 
 MOST_LIKELIHOODS = 5_000_000  # rows times draws kept in posterior.nc
+POSTERIOR = "posterior.nc"
 JSON_FORMAT = 1
 
 
@@ -130,6 +131,29 @@ def read_biases(path: str | Path, names: Sequence[str]) -> np.ndarray:
             "same. Give the sensors.toml of that registration."
         )
     return np.array([means[name] for name in names])
+
+
+def check_writable(folder: Path) -> None:
+    """Check that the draws can be written into a folder, by writing an empty netCDF file there.
+
+    Raises
+    ------
+    InvalidInputError
+        h5netcdf or h5py do not load, or the file system refuses the file.
+    """
+    trial = folder / POSTERIOR
+    try:
+        import h5netcdf
+
+        with h5netcdf.File(trial, "w"):
+            pass
+        trial.unlink()
+    except ImportError as error:
+        raise InvalidInputError(
+            f"{POSTERIOR} could not be written ({error}): pip install h5netcdf h5py."
+        ) from None
+    except OSError as error:
+        raise InvalidInputError(f"{POSTERIOR} could not be written: {error}.") from None
 
 
 def write_posterior(path: Path, registration: Registration) -> None:

@@ -101,7 +101,7 @@ def fill(
     )
     _outputs.write_csv(folder / "biases.csv", registration)
     _outputs.write_json(folder / "biases.json", registration, terms)
-    _outputs.write_posterior(folder / "posterior.nc", registration)
+    _outputs.write_posterior(folder / _outputs.POSTERIOR, registration)
     if source is None:
         new_table.create(folder / "corrected.csv", registration.correct(), registration.setup)
     else:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from probreg import extras
 from probreg.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def borrowed_torch(seed: int) -> Iterator[None]:
 
 def pyro_model(posterior: Posterior) -> Callable[[], None]:
     """An ordinary Pyro model of a posterior."""
+    extras.require("nuts", "A Pyro model")
     import pyro
     import torch
     from pyro import distributions as dist

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from probreg import extras
 from probreg.errors import InvalidInputError
 
 EDITIONS = {21: "2_7", 34: "1_29", 48: "1_32", 62: "1_20"}
@@ -118,13 +119,10 @@ def messages(path: Path) -> Iterator[Message]:
     InvalidInputError
         No decoder, no such file, blocks that are cut off or do not decode, with the byte.
     """
-    try:
-        import asterix.generated as generated
-        from asterix.base import Bits
-    except ImportError:
-        raise InvalidInputError(
-            "ASTERIX needs the package libasterix: pip install 'probreg[asterix]'."
-        ) from None
+    extras.require("asterix", "ASTERIX")
+    import asterix.generated as generated
+    from asterix.base import Bits
+
     try:
         content = path.read_bytes()
     except OSError as error:

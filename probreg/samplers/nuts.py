@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from probreg import extras
 from probreg.arviz_adapter import MIN_DRAWS
 from probreg.errors import InvalidInputError
 from probreg.posterior.posterior import Posterior
@@ -67,9 +68,12 @@ class Nuts:
         ------
         InvalidInputError
             The posterior is cut by a box: the gradient does not see it.
+        MissingExtraError
+            Torch or Pyro are not installed.
         ImproperLawError, UnobservableError
             What cannot be sampled, with the reason.
         """
+        extras.require("nuts", "Nuts")
         require_target(posterior, num_draws, num_chains, rng)
         if num_draws < MIN_DRAWS:
             raise InvalidInputError(f"Nuts needs at least {MIN_DRAWS} draws a chain.")

@@ -80,3 +80,13 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
         result_folder(tmp_path / "out", "try", overwrite=True),
     ):
         pytest.fail("must not be entered")
+
+
+def test_a_folder_that_cannot_be_written_is_refused_at_once(tmp_path, monkeypatch):
+    target = tmp_path / "out"
+    target.mkdir()
+    refused = lambda path, mode: path != target  # noqa: E731
+    monkeypatch.setattr("probreg.page._folder.os.access", refused)
+    with pytest.raises(InvalidInputError, match="out cannot be written"):
+        _stop_halfway(target, AssertionError("computed"))
+    assert list(tmp_path.iterdir()) == [target]

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from probreg.errors import InvalidInputError
+from probreg.errors import MissingExtraError
 from probreg.recordings import asterix
 
 
@@ -14,5 +14,5 @@ def test_without_a_decoder_the_error_says_what_to_install(tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "asterix", None)
     monkeypatch.delitem(sys.modules, "asterix.generated", raising=False)
     (tmp_path / "r.ast").write_bytes(b"\x30\x00\x03")
-    with pytest.raises(InvalidInputError, match=r"probreg\[asterix\]"):
+    with pytest.raises(MissingExtraError, match=r"probreg\[asterix\]"):
         asterix.survey(tmp_path / "r.ast")

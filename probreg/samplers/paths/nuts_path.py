@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from probreg import extras
 from probreg.arviz_adapter import MIN_DRAWS
 from probreg.errors import InvalidInputError
 from probreg.posterior.path_posterior import PathPosterior
@@ -46,7 +47,13 @@ class NutsPath:
         -------
         PathDraws
             `stats` has "diverging".
+
+        Raises
+        ------
+        MissingExtraError
+            Torch or Pyro are not installed.
         """
+        extras.require("nuts", "NutsPath")
         require_paths(posterior, num_draws, num_chains, rng)
         if num_draws < MIN_DRAWS:
             raise InvalidInputError(f"NutsPath needs at least {MIN_DRAWS} draws a chain.")
