@@ -6,17 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from probreg.recordings import (
-    Recording,
-    Setup,
-    bias_model,
-    corrected_values,
-    counter_clockwise,
-    places,
-    turned,
-    turns,
-)
-from probreg.sensors import BearingSensor
+from probreg.recordings import Recording, Setup, bias_model, corrected_values, places, turns
+from probreg.sensors import counter_clockwise, turned
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray, IntArray
 
@@ -85,17 +76,16 @@ def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Place
         prior = model.prior_sd[model.columns[k]]
         terms = model.terms[k] if theta is None else ()
         columns = [sd * t.column(reports) for t, sd in zip(terms, prior[: len(terms)], strict=True)]
-        if isinstance(sensor, BearingSensor):
+        if not sensor.gives_position:
             placed.azimuth[rows] = counter_clockwise(sensor, reports[:, 0])
-            square = (_NOISE_SIGMAS * sensor.sigma_bearing) ** 2
+            square = (_NOISE_SIGMAS * float(sensor.sigmas[0])) ** 2
             square += sum((_BIAS_SIGMAS * c[:, 0]) ** 2 for c in columns)
             placed.spread[rows] = np.sqrt(square)
             continue
-        local = placed.where[rows] - placed.own[rows]
-        square = _NOISE_SIGMAS**2 * np.einsum("ndd->n", sensor.covariance(local))
-        slope = sensor.sensitivity(local)
+        seen = sensor.observe(reports, placed.where[rows], placed.own[rows])
+        square = _NOISE_SIGMAS**2 * np.einsum("ndd->n", seen.C)
         for column in columns:
-            moved = np.einsum("ndq,nq->nd", slope, column)
+            moved = np.einsum("ndq,nq->nd", seen.D, column)
             square = square + _BIAS_SIGMAS**2 * np.einsum("nd,nd->n", moved, moved)
         placed.gate[rows] = np.sqrt(setup.gate_m**2 + square)
     return placed

@@ -2,16 +2,7 @@
 
 from probreg.recordings._bias_model import BiasModel, bias_model
 from probreg.recordings._correction import correct, corrected_values, restore
-from probreg.recordings._observing import (
-    Seen,
-    counter_clockwise,
-    gives_position,
-    observe,
-    places,
-    true_reports,
-    turned,
-    turns,
-)
+from probreg.recordings._observing import places, turns
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 
@@ -19,17 +10,11 @@ __all__ = [
     "UNKNOWN",
     "BiasModel",
     "Recording",
-    "Seen",
     "Setup",
     "bias_model",
     "correct",
     "corrected_values",
-    "counter_clockwise",
-    "gives_position",
-    "observe",
     "places",
     "restore",
-    "true_reports",
-    "turned",
     "turns",
 ]

@@ -13,19 +13,12 @@ import pyarrow as pa
 from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
 from probreg.recordings._heights import convergence, positions, signed
-from probreg.recordings._kinds import UNITS
+from probreg.recordings._kinds import factor
 from probreg.recordings._setup import Setup
 from probreg.recordings.formats import format_of
 from probreg.sensors import Sensor
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 from probreg.typing import FloatArray, IntArray
-
-COMPASS = ("azimuth", "bearing")  # components that count from a north
-
-
-def factor(column: str) -> float:
-    """SI units a unit of a column, by the ending of its name."""
-    return UNITS["_" + column.rsplit("_", 1)[1]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,14 +133,13 @@ class Rows:
             return
         own: FloatArray = np.zeros((len(rows), sensor.dim))
         # a position sensor reports in the common frame whatever carries it
-        if "own_position" in out and "x" not in sensor.bias_names:
+        if "own_position" in out and not sensor.cartesian:
             own = self._own(cells, rows, out["own_position"].shape[1], where)
             out["own_position"][rows] = own
         turn = convergence(self.setup, sensor, own)
-        for j, name in enumerate(sensor.bias_names):
-            column = columns.COMPONENTS[name]
+        for j, column in enumerate(columns.of_reports(sensor)):
             value = factor(column) * cells[column][rows]
-            if name in COMPASS:
+            if j == sensor.azimuth_column:
                 value = wrap_angle(value + signed(self.setup, sensor, turn))
             out["values"][rows, j] = value
         if "heading" in out:

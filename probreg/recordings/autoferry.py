@@ -44,7 +44,7 @@ SENSOR_NUMBERS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
 GNSS = "gnss"
 
 
-def sensors() -> tuple[Sensor | BearingSensor, ...]:
+def sensors() -> tuple[Sensor, ...]:
     """Lidar, radar, infrared and electro-optical camera, and GNSS, by these names."""
     here = (0.0, 0.0)
     return (
@@ -60,7 +60,7 @@ def setup() -> Setup:
     """Every bias of the ferry's sensors, with GNSS as the reference; numbers for small vessels."""
     every = sensors()
     return Setup(
-        every,  # type: ignore[arg-type]
+        every,
         {s.name: () if s.name == GNSS else s.bias_names for s in every},
         acceleration_m_s2=0.5,
         window_s=1.0,
@@ -160,7 +160,7 @@ def _detections(entry: dict[str, Any]) -> _Part:
     index = names.index(SENSOR_NUMBERS[number])
     own = _numbers(entry["ownshipPosition"], "ownshipPosition", 2)[::-1]
     measured = _numbers(entry["measurement"], "measurement")
-    if isinstance(sensors()[index], BearingSensor):
+    if not sensors()[index].gives_position:
         bearings = list(dict.fromkeys(measured.ravel().tolist()))
         values = np.column_stack([bearings, np.full(len(bearings), np.nan)])
     else:
@@ -204,7 +204,7 @@ def _join(parts: list[_Part]) -> Recording:
     time = np.repeat([part.time for part in parts], counts)
     order = np.argsort(time, kind="stable")
     return Recording(
-        sensors(),  # type: ignore[arg-type]
+        sensors(),
         np.repeat([part.sensor for part in parts], counts)[order],
         time[order],
         np.concatenate([part.values for part in parts])[order],

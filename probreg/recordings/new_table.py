@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from probreg.recordings._columns import COMPONENTS, OWN
+from probreg.recordings._columns import OWN, of_reports
 from probreg.recordings._heights import convergence, signed
+from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
-from probreg.recordings._rows import COMPASS, factor
 from probreg.recordings._setup import Setup
 from probreg.recordings.files import replacing
 from probreg.recordings.formats import format_of
@@ -44,12 +44,12 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         rows = np.flatnonzero(recording.sensor == k)
         here = np.zeros((len(rows), sensor.dim)) if own is None else own[rows]
         turn = convergence(setup, sensor, here)
-        for j, name in enumerate(sensor.bias_names):
-            cells = columns.setdefault(COMPONENTS[name], np.full(len(recording), np.nan))
+        for j, name in enumerate(of_reports(sensor)):
+            cells = columns.setdefault(name, np.full(len(recording), np.nan))
             values = recording.values[rows, j]
-            if name in COMPASS:
+            if j == sensor.azimuth_column:
                 values = np.mod(values - signed(setup, sensor, turn), 2.0 * np.pi)
-            cells[rows] = values / factor(COMPONENTS[name])
+            cells[rows] = values / factor(name)
         if heading is not None:
             heading[rows] = heading[rows] - turn
     if recording.labels:

@@ -28,8 +28,9 @@ from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
 from probreg.recordings import checks
 from probreg.recordings._heights import bring_down, places, slanted
+from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
-from probreg.recordings._rows import Rows, factor
+from probreg.recordings._rows import Rows
 from probreg.recordings._setup import Setup
 from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
 from probreg.recordings.files import replacing
@@ -234,13 +235,12 @@ def _cells(
 ) -> dict[str, FloatArray]:
     """Values of one sensor as its columns have them, but for a constant turn of azimuth."""
     values = values[:, : len(sensor.bias_names)]
-    if geodetic and "x" in sensor.bias_names and height is not None:
+    if geodetic and sensor.cartesian and height is not None:
         found = places(setup, values, height)
         return dict(zip(columns.GEODETIC, found.T[: max(2, sensor.dim)], strict=False))
     if columns.is_slant(sensor) and height is not None and np.isfinite(height).all():
         values = slanted(setup, sensor, values, height)
-    named = [columns.COMPONENTS[name] for name in sensor.bias_names]
-    return {name: values[:, j] / factor(name) for j, name in enumerate(named)}
+    return {name: values[:, j] / factor(name) for j, name in enumerate(columns.of_reports(sensor))}
 
 
 def _apply(

@@ -142,7 +142,7 @@ def test_simulated_plots_come_back_at_their_places(tmp_path, reference):
         values = recording.values[rows]
         at = values if k == 2 else sensor.to_cartesian(values, unbiased=False)
         # 1/256 NM and 0.0055 degrees of a plot, 2^-25 half turns of a track: as the items have it
-        reach = np.linalg.norm(xy[rows] - getattr(sensor, "position", 0.0), axis=1)
+        reach = np.linalg.norm(xy[rows] - (sensor.position or 0.0), axis=1)
         last = 0.7 + (0.0 if k == 2 else NM / 512 * 1.2) + (0.0 if k == 2 else 5e-5) * reach
         assert (np.linalg.norm(at - xy[rows], axis=1) < last).all()
 

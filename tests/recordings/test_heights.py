@@ -67,7 +67,7 @@ def geodetic(name, places, offset):
 
 def where(sensor, values):
     """Places of reports without the allowance for noise that `to_cartesian` makes."""
-    if not hasattr(sensor, "position"):
+    if sensor.position is None:
         return values
     azimuth = 0.5 * np.pi - values[:, 1] if sensor.from_north else values[:, 1]
     line = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)

@@ -216,7 +216,7 @@ def test_correlated_errors_cannot_be_written(tmp_path):
         (radar(sigma_range_m=None), ["'a'", "lacks 'sigma_range_m'"]),
         (radar(sigma_range_m='"fifty"'), ["sigma_range_m", "'fifty'"]),
         (radar(sigma_range_m="-1"), ["sigma_range_m", "above zero"]),
-        (radar(kind='"lidar"'), ["'lidar'", "radar2d, radar3d, position, bearing"]),
+        (radar(kind='"lidar"'), ["'lidar'", "bearing, position, radar2d, radar3d, tracker2d"]),
         (radar(name=""), ["name"]),
         (radar(name="a.b"), ["without dots"]),
         (radar() + radar(), ["'a'", "twice"]),
