@@ -17,7 +17,7 @@ from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_number
 
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
-COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits")
+COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits", "asterix")
 ENDINGS = {"m": "_m", "rad": "_deg", "s": "_s"}  # of a key, by the unit of a bias term
 
 
@@ -114,6 +114,18 @@ def _per_axis(table: Mapping[str, Any], key: str, dim: int) -> FloatArray:
     return np.full(dim, _number(table, key))
 
 
+def source_of(table: Mapping[str, Any]) -> tuple[int, int] | None:
+    """Area and identification code by which ASTERIX messages name the sensor."""
+    given = table.get("asterix")
+    if given is None:
+        return None
+    if not isinstance(given, list) or [type(code) for code in given] != [int, int]:
+        raise InvalidInputError(
+            f"asterix of sensor {table['name']!r} is {given!r}; two whole numbers, [SAC, SIC]."
+        )
+    return given[0], given[1]
+
+
 def to_sensor(table: Mapping[str, Any], frame: LocalFrame | None, dim: int) -> Sensor:
     owner = known_kinds()[table["kind"]]
     kind, others = owner.kind, {"name": table["name"]}
@@ -191,6 +203,9 @@ def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
     if sensor.azimuth_column is not None:
         table["from_north"] = sensor.from_north
         table["body_frame"] = sensor.name in setup.body_frame
+    source = next((code for code, name in setup.asterix.items() if name == sensor.name), None)
+    if source is not None:
+        table["asterix"] = list(source)
     terms = setup.biases.get(sensor.name, ())
     table["biases" if terms else "reference"] = list(terms) or True
     for key, numbers in (("prior_sd", setup.prior_sd), ("limits", setup.limits)):

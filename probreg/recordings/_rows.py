@@ -15,7 +15,7 @@ from probreg.recordings import _columns as columns
 from probreg.recordings._heights import convergence, positions, signed
 from probreg.recordings._kinds import factor
 from probreg.recordings._setup import Setup
-from probreg.recordings.formats import format_of
+from probreg.recordings._stream import Stream
 from probreg.sensors import Sensor
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 from probreg.typing import FloatArray, IntArray
@@ -27,6 +27,7 @@ class Rows:
 
     Attributes
     ----------
+    stream : Stream
     path : Path
     setup : Setup
     labels : dict of str to int
@@ -35,6 +36,7 @@ class Rows:
         Columns that are none of ours, and all; filled at the first batch.
     """
 
+    stream: Stream
     path: Path
     setup: Setup
     labels: dict[str, int] = field(default_factory=dict)
@@ -48,7 +50,7 @@ class Rows:
 
     def where(self, row: int) -> str:
         """Name a row, counted from 0, for an error."""
-        return format_of(self.path).row_names(self.path)(row)
+        return self.stream.row_names(self.path)(row)
 
     def read(self, limit: int) -> dict[str, Any]:
         """Read every batch and put the arrays together, in the order of the file."""
@@ -59,7 +61,7 @@ class Rows:
 
     def _parts(self, limit: int) -> Iterator[dict[str, Any]]:
         start = 0
-        for batch in format_of(self.path).batches(self.path):
+        for batch in self.stream.batches(self.path):
             if start == 0:
                 self.names[:] = batch.schema.names
                 self.others[:] = columns.check_names(batch.schema.names, self.setup)

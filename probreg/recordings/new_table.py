@@ -13,7 +13,7 @@ from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
 from probreg.recordings.files import replacing
-from probreg.recordings.formats import format_of
+from probreg.recordings.table import table_format
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 
 
@@ -35,7 +35,7 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         An ending not known, a folder that cannot be written.
     """
     path = Path(path)
-    format_of(path)
+    form = table_format(path)
     own = recording.own_position
     heading = None if recording.heading is None else azimuth_from_north(recording.heading)
     names = np.array([sensor.name for sensor in recording.sensors])
@@ -58,9 +58,5 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         columns.update(zip(OWN, own.T, strict=False))
     if heading is not None:
         columns["heading_deg"] = np.rad2deg(wrap_angle(heading))
-    frame = pd.DataFrame(columns)
     with replacing(path) as part:
-        if path.suffix.lower() == ".csv":
-            frame.to_csv(part, index=False)
-        else:
-            frame.to_parquet(part, index=False)
+        form.create(part, pd.DataFrame(columns))

@@ -40,6 +40,7 @@ from probreg.recordings._kinds import (
     height_of,
     place,
     refuse_unknown,
+    source_of,
     terms_of,
     to_sensor,
     to_table,
@@ -115,8 +116,14 @@ def parse(content: Mapping[str, Any]) -> Setup:
     origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg, frame.height_m)
     heights = {table["name"]: height_of(table, frame) for table in tables}
     heights_m = {name: height for name, height in heights.items() if height is not None}
+    sources = [(source_of(table), table["name"]) for table in tables]
+    asterix = {code: name for code, name in sources if code is not None}
+    if len(asterix) < sum(code is not None for code, _ in sources):
+        raise InvalidInputError("two sensors have the same asterix = [SAC, SIC]; correct one.")
     known = (sensors, biases, prior_sd, body)
-    return Setup(*known, limits=limits, origin=origin, heights_m=heights_m, **numbers)
+    return Setup(
+        *known, limits=limits, origin=origin, heights_m=heights_m, asterix=asterix, **numbers
+    )
 
 
 def _frame(content: Mapping[str, Any], tables: list[dict[str, Any]]) -> LocalFrame | None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.recordings import Setup, asterix, new_table, table
+from probreg.recordings import Setup, new_table, table
+from probreg.recordings.formats import asterix
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import PositionSensor, Radar2D, Radar3D
 from probreg.sensors.geometry import wrap_angle

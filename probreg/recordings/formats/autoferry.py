@@ -18,6 +18,7 @@ heading and one of azimuth cannot be told apart.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,8 +27,10 @@ from typing import Any
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
+from probreg.recordings.formats._format import RecordingFormat
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Sensor
 from probreg.sensors.geometry import azimuth_from_north, cartesian_to_polar
 from probreg.typing import FloatArray, IntArray
@@ -42,6 +45,22 @@ CAMERA_SIGMA = np.deg2rad(2.0)
 GNSS_SIGMA_M = 1.0
 SENSOR_NUMBERS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
 GNSS = "gnss"
+
+
+class Autoferry(RecordingFormat):
+    """The folder of a scenario; the setup has the benchmark's sensors, see `setup`."""
+
+    def recognises(self, path: Path) -> bool:
+        """A folder that holds its detections."""
+        return (path / f"{path.name}_detections.json").is_file()
+
+    def read(self, path: Path, setup: Setup, *, trust_units: bool = False) -> Reading:
+        """Read a scenario; its units are fixed, so there is nothing to trust."""
+        names = [sensor.name for sensor in sensors()]
+        if [sensor.name for sensor in setup.sensors] != names:
+            raise InvalidInputError(f"{path}: the sensors of the setup must be {names}.")
+        found = read(path.parent, int(path.name.removeprefix("scenario")))
+        return Reading(path, dataclasses.replace(found, sensors=setup.sensors), ())
 
 
 def sensors() -> tuple[Sensor, ...]:

@@ -16,17 +16,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
-from probreg.recordings._asterix_items import Message, messages
+from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 from probreg.recordings._slant import site, target_places
+from probreg.recordings.formats._asterix_items import Message, Survey, messages
+from probreg.recordings.formats._format import RecordingFormat
 from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import Sensor
 from probreg.typing import FloatArray
@@ -39,20 +41,14 @@ PLOTS, POSITIONS = (48,), (21, 62)  # categories
 Source = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class Survey:
-    """What a source sends.
+class Asterix(RecordingFormat):
+    """Blocks of ASTERIX one after another, of the sources that the setup names."""
 
-    Attributes
-    ----------
-    counts : dict of int to int
-        Messages by category.
-    place : tuple of float or None
-        Latitude and longitude (degrees) and height (metres) by its own messages (I034/120).
-    """
+    endings: ClassVar[tuple[str, ...]] = (".ast", ".asterix")
 
-    counts: dict[int, int]
-    place: tuple[float, float, float] | None
+    def read(self, path: Path, setup: Setup, *, trust_units: bool = False) -> Reading:
+        """Read a file; its units are fixed, so there is nothing to trust."""
+        return Reading(path, *read(path, setup, setup.asterix, setup.heights_m))
 
 
 def survey(path: str | Path) -> dict[Source, Survey]:
