@@ -44,7 +44,7 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     placed: Placed = place(recording, setup, theta)
     if missing.all():
         target = common_tracks(recording, setup, placed)
-        if np.isfinite(placed.azimuth).any():
+        if not all(sensor.gives_position for sensor in recording.sensors):
             target = nearest_labelled(recording, setup, placed, target)
         labels = tuple(f"track{k}" for k in range(int(target.max(initial=-1)) + 1))
         found = dataclasses.replace(recording, target=target, labels=labels)

@@ -67,7 +67,7 @@ class BearingSensor:
         """Check bearings (n, 1): shape, non-finite values, degrees passed as radians."""
         label = f"bearing of sensor {self.name!r}"
         reports = finite_array(label, reports, (None, 1))
-        refuse_degrees(label, reports, 2.0 * np.pi)
+        refuse_degrees(label, reports[:, 0], 2.0 * np.pi)
         return reports
 
     def to_cartesian(
