@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
-
 from probreg.association._labelled import nearest_labelled
 from probreg.association._placed import Placed, place
 from probreg.association._tracks import common_tracks

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -114,16 +114,25 @@ def _per_axis(table: Mapping[str, Any], key: str, dim: int) -> FloatArray:
     return np.full(dim, _number(table, key))
 
 
-def source_of(table: Mapping[str, Any]) -> tuple[int, int] | None:
-    """Area and identification code by which ASTERIX messages name the sensor."""
-    given = table.get("asterix")
-    if given is None:
-        return None
-    if not isinstance(given, list) or [type(code) for code in given] != [int, int]:
-        raise InvalidInputError(
-            f"asterix of sensor {table['name']!r} is {given!r}; two whole numbers, [SAC, SIC]."
-        )
-    return given[0], given[1]
+def sources_of(tables: Sequence[Mapping[str, Any]]) -> dict[tuple[int, int], str]:
+    """Names of sensors by the area and identification code of their ASTERIX messages."""
+    found: dict[tuple[int, int], str] = {}
+    for table in tables:
+        given, name = table.get("asterix"), table["name"]
+        if given is None:
+            continue
+        codes = given if isinstance(given, list) else []
+        if len(codes) != 2 or not all(type(c) is int and 0 <= c <= 255 for c in codes):
+            raise InvalidInputError(
+                f"asterix of sensor {name!r} is {given!r}; two whole numbers from 0 to 255, "
+                "[SAC, SIC]."
+            )
+        other = found.setdefault((codes[0], codes[1]), name)
+        if other != name:
+            raise InvalidInputError(
+                f"sensors {other!r} and {name!r} have the same asterix = {given}; correct one."
+            )
+    return found
 
 
 def to_sensor(table: Mapping[str, Any], frame: LocalFrame | None, dim: int) -> Sensor:

@@ -40,7 +40,7 @@ from probreg.recordings._kinds import (
     height_of,
     place,
     refuse_unknown,
-    source_of,
+    sources_of,
     terms_of,
     to_sensor,
     to_table,
@@ -110,20 +110,15 @@ def parse(content: Mapping[str, Any]) -> Setup:
         for key in ("prior_sd", "limits")
     )
     body = frozenset(table["name"] for table in tables if flag(table, "body_frame", False))
-    numbers: dict[str, Any] = {
+    others: dict[str, Any] = {
         key: positive_number(key, content[key]) for key in NUMBERS if key in content
     }
-    origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg, frame.height_m)
+    if frame is not None:
+        others["origin"] = frame.latitude_deg, frame.longitude_deg, frame.height_m
     heights = {table["name"]: height_of(table, frame) for table in tables}
-    heights_m = {name: height for name, height in heights.items() if height is not None}
-    sources = [(source_of(table), table["name"]) for table in tables]
-    asterix = {code: name for code, name in sources if code is not None}
-    if len(asterix) < sum(code is not None for code, _ in sources):
-        raise InvalidInputError("two sensors have the same asterix = [SAC, SIC]; correct one.")
-    known = (sensors, biases, prior_sd, body)
-    return Setup(
-        *known, limits=limits, origin=origin, heights_m=heights_m, asterix=asterix, **numbers
-    )
+    others["heights_m"] = {name: high for name, high in heights.items() if high is not None}
+    others["asterix"] = sources_of(tables)
+    return Setup(sensors, biases, prior_sd, body, limits=limits, **others)
 
 
 def _frame(content: Mapping[str, Any], tables: list[dict[str, Any]]) -> LocalFrame | None:
