@@ -173,6 +173,6 @@ class PositionFamily:
         own = scene.speed_m_s * np.arange(self.bearings)[:, None] * np.array([1.0, 0.0])
         sensor = scene.sensor
         error = sensor.sigma_bearing * noise.sample(rng, self.bearings, 1)[:, 0]
-        bearing = sensor.to_report(np.broadcast_to(place, own.shape), own) + error
+        bearing = sensor.to_report(np.broadcast_to(place, own.shape), own)[:, 0] + error
         problem = BearingProblem.of(BearingReports(sensor, bearing, own))
         return Case(Posterior(problem, noise, prior), place)

@@ -9,6 +9,7 @@ import pytest
 
 import probreg
 from probreg.discovery import public_classes
+from probreg.sensors import kinds
 
 PACKAGE = Path(probreg.__file__).parent
 # lower rooms first; a module may import its own room and those before it
@@ -83,3 +84,45 @@ def test_no_global_random_state(path):
     text = path.read_text()
     for word in ("np.random.seed", "np.random.normal", "np.random.rand", "random.seed"):
         assert word not in text
+
+
+KINDS = public_classes(kinds)
+OF_SENSORS = {name for owner in KINDS.values() for name in dir(owner) if not name.startswith("_")}
+OF_SENSORS |= {name for owner in KINDS.values() for name in owner.__dataclass_fields__}
+OF_SENSORS -= {"name", "dim", "kind", "check"}  # others have these too
+
+
+def asked_of_sensors(text):
+    """Where code asks a sensor what it is, instead of the protocol: expressions, as text."""
+    for node in ast.walk(ast.parse(text)):
+        names = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+        words = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant)}
+        function = getattr(getattr(node, "func", None), "id", "")
+        typed = isinstance(node, ast.Compare) or function in {"isinstance", "issubclass"}
+        named = function in {"isinstance", "type", "getattr", "hasattr"} and "sensor" in names
+        attribute = function in {"getattr", "hasattr"} and words & OF_SENSORS
+        if named or attribute or (typed and names & KINDS.keys()):
+            yield ast.unparse(node)
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_sensors_say_themselves_what_they_are(path):
+    if room(path) != "sensors":
+        assert list(asked_of_sensors(path.read_text())) == []
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "isinstance(sensor, BearingSensor)",
+        "isinstance(one, Radar2D | Radar3D)",
+        "any(type(s) is Tracker2D for s in sensors)",
+        "type(sensor) in USED",
+        "getattr(s, 'from_north', False)",
+        "hasattr(self.sensors[0], 'to_cartesian')",
+        "getattr(sensor, name)",
+    ],
+)
+def test_a_question_to_a_sensor_is_found_out(code):
+    assert list(asked_of_sensors(code))
+    assert not list(asked_of_sensors("getattr(setup, key), isinstance(law, Contaminated)"))

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from probreg.recordings import Recording, Setup, autoferry
+from probreg.recordings import Recording, Setup
+from probreg.recordings.formats import autoferry
 from probreg.registration import Registration, register
 from probreg.registration.hierarchy import Pooled, pool
 from probreg.sensors.geometry import wrap_angle

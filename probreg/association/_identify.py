@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
-
 from probreg.association._labelled import nearest_labelled
 from probreg.association._placed import Placed, place
 from probreg.association._tracks import common_tracks
@@ -44,7 +42,7 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     placed: Placed = place(recording, setup, theta)
     if missing.all():
         target = common_tracks(recording, setup, placed)
-        if np.isfinite(placed.azimuth).any():
+        if not all(sensor.gives_position for sensor in recording.sensors):
             target = nearest_labelled(recording, setup, placed, target)
         labels = tuple(f"track{k}" for k in range(int(target.max(initial=-1)) + 1))
         found = dataclasses.replace(recording, target=target, labels=labels)

@@ -18,7 +18,8 @@ from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, plain_errors
 from probreg.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from probreg.page import Provenance, Source
+    from probreg.page import Provenance
+    from probreg.recordings import Reading
     from probreg.registration import LawChoice, RankedTerms, Registration
 
 EXIT_CODES = (
@@ -147,7 +148,7 @@ def _register(
     with progress(quiet, compare) as told:
         import numpy as np
 
-        from probreg import page
+        from probreg import page, recordings
         from probreg import registration as chain
         from probreg.recordings import setup_file
 
@@ -156,9 +157,9 @@ def _register(
             rng = np.random.default_rng(seed)
             chosen = _laws(laws)
             setup = setup_file.read(sensors)
-            source = page.read_source(recording, setup, trust_units=settings["trust_units"])
+            source = recordings.read(recording, setup, trust_units=settings["trust_units"])
             told("read")
-            reports = source.reading.recording
+            reports = source.recording
             found = chain.register(reports, setup, rng=rng, laws=chosen, on_step=told, **options)
             terms = _compared(found, rng) if compare else []
             told("terms")
@@ -169,12 +170,12 @@ def _register(
 
 
 def _provenance(
-    seed: int, settings: dict[str, Any], files: tuple[Path, ...], started: str, source: Source
+    seed: int, settings: dict[str, Any], files: tuple[Path, ...], started: str, source: Reading
 ) -> Provenance:
     from probreg.page import Provenance, checksum
 
     inputs = {path.name: checksum(path) for path in files}
-    return Provenance("register", seed, settings, inputs, started, source.reading.notes)
+    return Provenance("register", seed, settings, inputs, started, source.notes)
 
 
 def _laws(names: list[str] | None) -> tuple[LawChoice, ...]:
@@ -237,15 +238,15 @@ def restore(
 def _change(
     name: str, recording: Path, sensors: Path, biases: Path, out: Path, trust_units: bool
 ) -> None:
-    from probreg import page, recordings
+    from probreg import recordings
     from probreg.recordings import setup_file
 
     if out.exists():
         raise InvalidInputError(f"{out} is there already; name another file, or remove it.")
     setup = setup_file.read(sensors)
-    theta = page.read_biases(biases, recordings.bias_model(setup).names)
-    source = page.read_source(recording, setup, trust_units=trust_units)
-    page.write_changed(out, source, setup, theta, getattr(recordings, name))
+    theta = recordings.read_biases(biases, recordings.bias_model(setup).names)
+    source = recordings.read(recording, setup, trust_units=trust_units)
+    recordings.write_changed(out, source, setup, theta, getattr(recordings, name))
 
 
 @app.command()

@@ -17,7 +17,6 @@ from probreg.motion.dynamics import Dynamics, NearConstantVelocity, Together
 from probreg.motion.state_space import in_order
 from probreg.motion.trajectory import Trajectory
 from probreg.prior import GaussianPrior
-from probreg.sensors import PositionSensor
 from probreg.sensors.reports import AssociatedReports
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_number
@@ -133,7 +132,7 @@ def _check(data: AssociatedReports, biases: Mapping[str, object]) -> None:
     names = [sensor.name for sensor in data.sensors]
     if data.time is None:
         raise InvalidInputError("a target that moves needs the times of its reports.")
-    other = [s.name for s in data.sensors if not isinstance(s, PositionSensor)]
+    other = [s.name for s in data.sensors if not s.cartesian]
     if other:
         raise InvalidInputError(
             f"{other} do not report positions: target and bias together are linear for "

@@ -110,29 +110,6 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def read_biases(path: str | Path, names: Sequence[str]) -> np.ndarray:
-    """Means of the biases from a `biases.json`, SI units, in the order of names.
-
-    Raises
-    ------
-    InvalidInputError
-        No such file, or the biases of other sensors.
-    """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-        means = {row["name"]: float(row["mean"]) for row in content["biases"]}
-    except OSError as error:
-        raise InvalidInputError(f"{path} cannot be read: {error.strerror}.") from None
-    except (ValueError, KeyError, TypeError):
-        raise InvalidInputError(f"{path} is no biases.json of `probreg register`.") from None
-    if set(means) != set(names):
-        raise InvalidInputError(
-            f"{path} has the biases {sorted(means)}, the setup {sorted(names)}; they must be the "
-            "same. Give the sensors.toml of that registration."
-        )
-    return np.array([means[name] for name in names])
-
-
 def check_writable(folder: Path) -> None:
     """Check that the draws can be written into a folder, by writing an empty netCDF file there.
 

@@ -115,7 +115,7 @@ def overview(recording: Recording, after: Residuals) -> Panel:
             colour = SENSORS[k % len(SENSORS)]
             style: Any = {"ms": 2.0, "mew": 0, "color": colour, "alpha": 0.5, "rasterized": True}
             axes.plot(*(1e-3 * after.where[rows, :2].T), "o", **style)
-            place = getattr(sensor, "position", None)
+            place = sensor.position
             here = (np.nan, np.nan) if place is None else 1e-3 * np.asarray(place[:2])
             axes.plot(*here, "^", ms=9, mec="white", color=colour, label=sensor.name)
         axes.locator_params(nbins=6)

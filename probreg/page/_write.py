@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from probreg.page import _outputs
-from probreg.page._corrected import Source, write_changed
 from probreg.page._folder import result_folder
 from probreg.page._page import render
 from probreg.page._provenance import Provenance, checksum
-from probreg.recordings import correct, new_table
+from probreg.recordings import Reading, correct, new_table, write_changed
 from probreg.recordings.files import replacing
 from probreg.registration import RankedTerms, Registration
 
@@ -21,7 +20,7 @@ def write_report(
     registration: Registration,
     path: str | Path,
     *,
-    source: Source | None = None,
+    source: Reading | None = None,
     provenance: Provenance | None = None,
     terms: Sequence[RankedTerms] = (),
 ) -> None:
@@ -32,8 +31,8 @@ def write_report(
     registration : Registration
     path : str or Path
         Of the HTML file.
-    source : Source, optional
-        The table that the recording came from: reports are then named by its rows.
+    source : Reading, optional
+        The file that the recording came from: reports are then named by its rows.
     provenance : Provenance, optional
     terms : sequence of RankedTerms
         From `compare_terms`, shown in a section of their own.
@@ -57,7 +56,7 @@ def write(
     registration: Registration,
     folder: str | Path,
     *,
-    source: Source | None = None,
+    source: Reading | None = None,
     provenance: Provenance | None = None,
     terms: Sequence[RankedTerms] = (),
     overwrite: bool = False,
@@ -89,7 +88,7 @@ def fill(
     registration: Registration,
     folder: Path,
     *,
-    source: Source | None,
+    source: Reading | None,
     provenance: Provenance,
     terms: Sequence[RankedTerms] = (),
 ) -> None:
@@ -105,18 +104,18 @@ def fill(
     if source is None:
         new_table.create(folder / "corrected.csv", registration.correct(), registration.setup)
     else:
-        path = folder / f"corrected{source.path.suffix.lower()}"
+        path = folder / f"corrected{source.changed_ending}"
         write_changed(path, source, registration.setup, registration.mean, correct)
     seconds = time.perf_counter() - start
     _outputs.write_manifest(folder, registration, provenance, seconds)
 
 
-def _with_input(provenance: Provenance, source: Source | None) -> Provenance:
+def _with_input(provenance: Provenance, source: Reading | None) -> Provenance:
     """The provenance with the source's name, checksum and remarks, unless it has some."""
     if source is None or provenance.inputs:
         return provenance
     inputs = {source.path.name: checksum(source.path)}
-    return dataclasses.replace(provenance, inputs=inputs, notes=source.reading.notes)
+    return dataclasses.replace(provenance, inputs=inputs, notes=source.notes)
 
 
 def _report(number: int) -> str:

@@ -12,7 +12,7 @@ from probreg.errors import InvalidInputError
 from probreg.numerics.linalg import precision_weighted_mean
 from probreg.problems.linear import LinearProblem, Whitened, bias_scale
 from probreg.problems.observability import Observability
-from probreg.sensors import Sensor
+from probreg.sensors import PlacingSensor
 from probreg.sensors.reports import AssociatedReports
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array
@@ -45,7 +45,7 @@ class ReportProblem:
     ----------
     names, units : tuple of str
         "sensor.bias" and "m" or "rad", in order of first appearance of the sensors.
-    sensors : tuple of Sensor
+    sensors : tuple of PlacingSensor
     time : ndarray, shape (n,), or None
     size : ndarray of int, shape (n,)
         Number of real components of each row.
@@ -61,7 +61,7 @@ class ReportProblem:
     def __init__(self, *reports: AssociatedReports) -> None:
         if not reports or sum(len(group) for group in reports) == 0:
             raise InvalidInputError("no associated report: no target was seen in common.")
-        by_name: dict[str, Sensor] = {}
+        by_name: dict[str, PlacingSensor] = {}
         for sensor in (sensor for group in reports for sensor in group.sensors):
             if by_name.setdefault(sensor.name, sensor) != sensor:
                 raise InvalidInputError(f"two different sensors are called {sensor.name!r}.")
@@ -247,7 +247,7 @@ def _differences(positions: Sequence[FloatArray]) -> FloatArray:
     return (stacked[:, :-1] - stacked[:, 1:]).reshape(n, (k - 1) * d)
 
 
-def _fuse(sensors: Sequence[Sensor], positions: Sequence[FloatArray]) -> FloatArray:
+def _fuse(sensors: Sequence[PlacingSensor], positions: Sequence[FloatArray]) -> FloatArray:
     """Precision-weighted mean (n, d); the second pass takes the weights at the first mean."""
     stacked, at = np.stack(positions), positions
     for _ in range(2):

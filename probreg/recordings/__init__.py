@@ -1,35 +1,31 @@
-"""Recordings of real sensors, one file format a module, all read into the same data type."""
+"""Recordings of real sensors: every file format is read into the same data type.
+
+`read` chooses the format; formats are modules of `probreg.recordings.formats`.
+"""
 
 from probreg.recordings._bias_model import BiasModel, bias_model
+from probreg.recordings._changed import write_changed
 from probreg.recordings._correction import correct, corrected_values, restore
-from probreg.recordings._observing import (
-    Seen,
-    counter_clockwise,
-    gives_position,
-    observe,
-    places,
-    true_reports,
-    turned,
-    turns,
-)
+from probreg.recordings._observing import places, turns
+from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
+from probreg.recordings.biases_file import read_biases
+from probreg.recordings.formats import read
 
 __all__ = [
     "UNKNOWN",
     "BiasModel",
+    "Reading",
     "Recording",
-    "Seen",
     "Setup",
     "bias_model",
     "correct",
     "corrected_values",
-    "counter_clockwise",
-    "gives_position",
-    "observe",
     "places",
+    "read",
+    "read_biases",
     "restore",
-    "true_reports",
-    "turned",
     "turns",
+    "write_changed",
 ]

@@ -13,38 +13,33 @@ import pyarrow.compute as pc
 
 from probreg.errors import InvalidInputError
 from probreg.recordings._setup import Setup
-from probreg.sensors import Sensor
+from probreg.sensors import Sensor, known_kinds
 from probreg.typing import FloatArray, IntArray
 
-# column of each report component
-COMPONENTS = {
-    "range": "range_m",
-    "azimuth": "azimuth_deg",
-    "elevation": "elevation_deg",
-    "bearing": "azimuth_deg",
-    "x": "east_m",
-    "y": "north_m",
-    "z": "up_m",
-}
+COMPONENTS = tuple(  # columns of every kind's reports
+    dict.fromkeys(column for owner in known_kinds().values() for column in owner.kind.columns)
+)
 GEODETIC = ("latitude_deg", "longitude_deg", "height_m")
 OWN = ("own_east_m", "own_north_m", "own_up_m")
 TIMES = ("time_s", "time")
-KNOWN = ("sensor", "target", "heading_deg", *TIMES, *OWN, *dict.fromkeys(COMPONENTS.values()))
+KNOWN = ("sensor", "target", "heading_deg", *TIMES, *OWN, *COMPONENTS)
 FARTHEST_M = 1e8
 LIMITS = {
+    **{
+        name: (-360.0, 360.0) if name.endswith("_deg") else (-FARTHEST_M, FARTHEST_M)
+        for name in (*COMPONENTS, *GEODETIC, *OWN, "heading_deg")
+    },
     "range_m": (0.0, FARTHEST_M),
-    "azimuth_deg": (-360.0, 360.0),
     "elevation_deg": (-90.0, 90.0),
-    "heading_deg": (-360.0, 360.0),
     "latitude_deg": (-90.0, 90.0),
-    "longitude_deg": (-360.0, 360.0),
-    "height_m": (-FARTHEST_M, FARTHEST_M),
-    **dict.fromkeys(("east_m", "north_m", "up_m", *OWN), (-FARTHEST_M, FARTHEST_M)),
 }
-# a known quantity without its unit, or in another one
+# columns by their quantity, whose unit may lack or be another one
+QUANTITIES = {
+    **{re.sub("_(m_s|m|deg|s)$", "", name): name for name in (*COMPONENTS, "heading_deg")},
+    "bearing": "azimuth_deg",
+}
 OTHER_UNIT = re.compile(
-    r"(range|azimuth|bearing|elevation|east|north|up|heading)(_(km|m|nm|nmi|ft|rad|mrad|deg))?",
-    re.IGNORECASE,
+    rf"({'|'.join(QUANTITIES)})(_(km|m|nm|nmi|ft|rad|mrad|deg))?", re.IGNORECASE
 )
 NUMBER = re.compile(
     r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*|\s*[+-]?(nan|inf|infinity)\s*", re.I
@@ -54,16 +49,22 @@ Where = Callable[[int], str]
 
 def is_geodetic(sensor: Sensor, names: Collection[str]) -> bool:
     """Tell whether a position sensor reports in latitude, longitude and height."""
-    return "x" in sensor.bias_names and "east_m" not in names and GEODETIC[0] in names
+    return sensor.cartesian and "east_m" not in names and GEODETIC[0] in names
+
+
+def of_reports(sensor: Sensor) -> tuple[str, ...]:
+    """Columns of a sensor's report components."""
+    return sensor.kind.columns[: len(sensor.bias_names)]
 
 
 def needed(sensor: Sensor, setup: Setup, names: Collection[str]) -> tuple[str, ...]:
     """Columns of a sensor's reports, and of its place and heading where they need them."""
     if is_geodetic(sensor, names):
         return GEODETIC
-    own = OWN[:2] if "bearing" in sensor.bias_names else ()
+    # without a place of its own it is somewhere on a platform
+    own = OWN[:2] if sensor.position is None and not sensor.cartesian else ()
     heading = ("heading_deg",) if sensor.name in setup.body_frame else ()
-    return (*(COMPONENTS[name] for name in sensor.bias_names), *own, *heading)
+    return (*of_reports(sensor), *own, *heading)
 
 
 def is_slant(sensor: Sensor) -> bool:
@@ -119,12 +120,7 @@ def _meant(name: str) -> str | None:
     """Column that a name may have been meant for."""
     match = OTHER_UNIT.fullmatch(name)
     if match:
-        stem = match.group(1).lower()
-        return next(
-            known
-            for known in (COMPONENTS | {"heading": "heading_deg"}).values()
-            if known.startswith("azimuth" if stem == "bearing" else stem)
-        )
+        return QUANTITIES[match.group(1).lower()]
     close = difflib.get_close_matches(name.lower(), KNOWN, n=1, cutoff=0.8)
     return close[0] if close else None
 

@@ -10,8 +10,8 @@ from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
 from probreg.recordings._setup import Setup
 from probreg.recordings._slant import raised, site, target_places
-from probreg.recordings.local_frame import LocalFrame
-from probreg.sensors import Sensor
+from probreg.sensors import Sensor, sense
+from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray, IntArray
 
@@ -21,7 +21,7 @@ def convergence(setup: Setup, sensor: Sensor, own: FloatArray) -> FloatArray:
 
     Own positions (m, d) add to the sensor's; without an origin north is the frame's.
     """
-    place = own[:, : sensor.dim] + getattr(sensor, "position", 0.0)
+    place = own[:, : sensor.dim] + (0.0 if sensor.position is None else sensor.position)
     if setup.origin is None or not len(place):
         return np.zeros(len(place))
     if (place == place[0]).all():
@@ -33,7 +33,7 @@ def signed(setup: Setup, sensor: Sensor, turn: FloatArray) -> FloatArray:
     """What the turn of north adds to an azimuth: nothing to one from the heading."""
     if sensor.name in setup.body_frame:
         return np.zeros_like(turn)
-    return turn if sensor.from_north else -turn  # type: ignore[attr-defined]
+    return -sense(sensor) * turn
 
 
 def positions(setup: Setup, sensor: Sensor, places: FloatArray) -> FloatArray:
@@ -49,7 +49,7 @@ def places(setup: Setup, values: FloatArray, height_m: FloatArray) -> FloatArray
     return raised(frame, values, height_m)
 
 
-def flattened(setup: Setup, sensor: Any, slant: FloatArray, height_m: FloatArray) -> FloatArray:
+def flattened(setup: Setup, sensor: Sensor, slant: FloatArray, height_m: FloatArray) -> FloatArray:
     """Range and azimuth (m, 2) in the plane from those of slant range and heights (m,).
 
     Azimuths are those of the table turned by `convergence`. NaN where no target can be.
@@ -70,7 +70,7 @@ def flattened(setup: Setup, sensor: Any, slant: FloatArray, height_m: FloatArray
     return out
 
 
-def slanted(setup: Setup, sensor: Any, values: FloatArray, height_m: FloatArray) -> FloatArray:
+def slanted(setup: Setup, sensor: Sensor, values: FloatArray, height_m: FloatArray) -> FloatArray:
     """Inverse of `flattened`."""
     out = values.copy()
     height = setup.heights_m.get(sensor.name, 0.0)
@@ -93,7 +93,7 @@ def _turn(setup: Setup, sensor: Sensor) -> float:
     return float(signed(setup, sensor, convergence(setup, sensor, np.zeros((1, 2))))[0])
 
 
-def _compass(sensor: Any, azimuth: FloatArray) -> FloatArray:
+def _compass(sensor: Sensor, azimuth: FloatArray) -> FloatArray:
     """From the sensor's azimuth to one from north clockwise, and back: its own inverse."""
     return azimuth if sensor.from_north else 0.5 * np.pi - azimuth
 

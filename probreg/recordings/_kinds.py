@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,53 +10,28 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.recordings._setup import Setup
 from probreg.recordings._slant import raised
-from probreg.recordings.local_frame import LocalFrame
-from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D, Sensor
+from probreg.sensors import Sensor, known_kinds
+from probreg.sensors.frame import LocalFrame
+from probreg.sensors.terms import known_terms
+from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_number
 
-UNITS = {"_m": 1.0, "_deg": float(np.deg2rad(1.0)), "_s": 1.0}
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
-COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits")
-TERM_UNITS = {"m": "_m", "rad": "_deg"}
-OTHER_TERM_UNITS = {"time": "_s", "heading": "_deg"}
+COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits", "asterix")
+ENDINGS = {"m": "_m", "rad": "_deg", "s": "_s"}  # of a key, by the unit of a bias term
 
 
-@dataclass(frozen=True)
-class Kind:
-    """What a kind of sensor is made of.
-
-    Attributes
-    ----------
-    make : type
-        The sensor's class.
-    sigmas : dict of str to str
-        From the key in the file to the parameter of the class.
-    coordinates : int
-        Of its own position; 0 where it has none.
-    angles : bool
-        Whether it measures angles, and so has `from_north` and `body_frame`.
-    """
-
-    make: type
-    sigmas: Mapping[str, str]
-    coordinates: int
-    angles: bool
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Every key that a sensor of this kind may have."""
-        place = ("position_m", *PLACE) if self.coordinates else ()
-        angles = ("from_north", "body_frame") if self.angles else ()
-        return (*COMMON, *self.sigmas, *place, *angles)
+def factor(key: str) -> float:
+    """SI units a unit of a key or column, by the ending of its name."""
+    return float(np.deg2rad(1.0)) if key.endswith("_deg") else 1.0
 
 
-_RADAR = {"sigma_range_m": "sigma_range", "sigma_azimuth_deg": "sigma_azimuth"}
-KINDS = {
-    "radar2d": Kind(Radar2D, _RADAR, 2, True),
-    "radar3d": Kind(Radar3D, {**_RADAR, "sigma_elevation_deg": "sigma_elevation"}, 3, True),
-    "position": Kind(PositionSensor, {"sigma_m": "noise_covariance"}, 0, False),
-    "bearing": Kind(BearingSensor, {"sigma_azimuth_deg": "sigma_bearing"}, 0, True),
-}
+def keys_of(owner: type[Sensor]) -> tuple[str, ...]:
+    """Every key that a sensor of a class may have."""
+    kind = owner.kind
+    place = ("position_m", *PLACE) if kind.coordinates else ()
+    angles = () if owner.azimuth_column is None else ("from_north", "body_frame")
+    return (*COMMON, *kind.sigmas, *place, *angles)
 
 
 def refuse_unknown(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
@@ -72,10 +46,11 @@ def check_names(table: Mapping[str, Any], number: int) -> None:
     name, kind = table.get("name"), table.get("kind")
     if not isinstance(name, str) or not name or "." in name:
         raise InvalidInputError(f"sensor {number} needs a name without dots, not {name!r}.")
-    if kind not in KINDS:
-        known = ", ".join(KINDS)
+    owner = known_kinds().get(kind) if isinstance(kind, str) else None
+    if owner is None:
+        known = ", ".join(known_kinds())
         raise InvalidInputError(f"kind of sensor {name!r} is {kind!r}; known: {known}.")
-    refuse_unknown(table, KINDS[kind].keys, f"sensor {name!r} ({kind})")
+    refuse_unknown(table, keys_of(owner), f"sensor {name!r} ({kind})")
     if "position_m" in table and any(key in table for key in PLACE):
         raise InvalidInputError(f"sensor {name!r} has position_m and a latitude; keep one.")
 
@@ -113,7 +88,7 @@ def _position(table: Mapping[str, Any], frame: LocalFrame | None, count: int) ->
 
 def height_of(table: Mapping[str, Any], frame: LocalFrame | None) -> float | None:
     """Height of a two-dimensional radar, which its sensor does not keep; None if not given."""
-    if KINDS[table["kind"]].coordinates != 2:
+    if known_kinds()[table["kind"]].kind.coordinates != 2:
         return None
     if "position_m" not in table:
         return place(table, f"sensor {table['name']!r}")[2]
@@ -128,30 +103,50 @@ def _number(table: Mapping[str, Any], key: str) -> float:
     owner = f"{key} of sensor {table['name']!r}"
     if key not in table:
         raise InvalidInputError(f"sensor {table['name']!r} lacks {key!r}; add its accuracy.")
-    factor = UNITS["_" + key.rsplit("_", 1)[1]]
-    return factor * positive_number(owner, table[key])
+    return factor(key) * positive_number(owner, table[key])
 
 
-def _covariance(table: Mapping[str, Any], dim: int) -> tuple[tuple[float, ...], ...]:
-    """Covariance from `sigma_m`: one number for all axes, or one an axis."""
-    given = table.get("sigma_m")
+def _per_axis(table: Mapping[str, Any], key: str, dim: int) -> FloatArray:
+    """One number for all axes, or one an axis."""
+    given = table.get(key)
     if isinstance(given, list):
-        sigma = finite_array(f"sigma_m of sensor {table['name']!r}", given, (None,))
-    else:
-        sigma = np.full(dim, _number(table, "sigma_m"))
-    return tuple(tuple(row) for row in np.diag(sigma**2).tolist())
+        return finite_array(f"{key} of sensor {table['name']!r}", given, (None,))
+    return np.full(dim, _number(table, key))
+
+
+def sources_of(tables: Sequence[Mapping[str, Any]]) -> dict[tuple[int, int], str]:
+    """Names of sensors by the area and identification code of their ASTERIX messages."""
+    found: dict[tuple[int, int], str] = {}
+    for table in tables:
+        given, name = table.get("asterix"), table["name"]
+        if given is None:
+            continue
+        codes = given if isinstance(given, list) else []
+        if len(codes) != 2 or not all(type(c) is int and 0 <= c <= 255 for c in codes):
+            raise InvalidInputError(
+                f"asterix of sensor {name!r} is {given!r}; two whole numbers from 0 to 255, "
+                "[SAC, SIC]."
+            )
+        other = found.setdefault((codes[0], codes[1]), name)
+        if other != name:
+            raise InvalidInputError(
+                f"sensors {other!r} and {name!r} have the same asterix = {given}; correct one."
+            )
+    return found
 
 
 def to_sensor(table: Mapping[str, Any], frame: LocalFrame | None, dim: int) -> Sensor:
-    kind = KINDS[table["kind"]]
-    parts: dict[str, Any] = {"name": table["name"]}
-    for key, parameter in kind.sigmas.items():
-        parts[parameter] = _covariance(table, dim) if key == "sigma_m" else _number(table, key)
+    owner = known_kinds()[table["kind"]]
+    kind, others = owner.kind, {"name": table["name"]}
+    sigmas = {
+        key: _per_axis(table, key, dim) if kind.per_axis else _number(table, key)
+        for key in kind.sigmas
+    }
     if kind.coordinates:
-        parts["position"] = _position(table, frame, kind.coordinates)
-    if kind.angles:
-        parts["from_north"] = flag(table, "from_north", True)
-    made: Sensor = kind.make(**parts)
+        others["position"] = _position(table, frame, kind.coordinates)
+    if owner.azimuth_column is not None:
+        others["from_north"] = flag(table, "from_north", True)
+    made: Sensor = kind.make(owner, sigmas, **others)
     return made
 
 
@@ -181,20 +176,15 @@ def by_term(
     known = {term + ending: term for term, ending in endings.items()}
     refuse_unknown(given, tuple(known), f"{where} (one for each of its biases)")
     return {
-        f"{sensor.name}.{known[name]}": UNITS.get(endings[known[name]], 1.0)
-        * positive_number(f"{name} in {where}", value)
+        f"{sensor.name}.{known[name]}": factor(name) * positive_number(f"{name} in {where}", value)
         for name, value in given.items()
     }
 
 
 def _ending(term: str, sensor: Sensor) -> str:
-    """Unit that a term's key must end with: that of the component its first word names."""
-    if term.endswith("_gain"):
-        return ""
-    of_components = dict(zip(sensor.bias_names, sensor.bias_units, strict=True))
-    word = term.split("_", 1)[0]
-    unit = of_components.get(term, of_components.get(word))
-    return TERM_UNITS[unit] if unit else OTHER_TERM_UNITS.get(word, "")
+    """Unit that a term's key must end with; none of a gain, and of what the sensor cannot have."""
+    known = known_terms(sensor)
+    return ENDINGS.get(known[term].unit, "") if term in known else ""
 
 
 def _up(setup: Setup, sensor: Sensor) -> tuple[float, ...]:
@@ -202,37 +192,37 @@ def _up(setup: Setup, sensor: Sensor) -> tuple[float, ...]:
     height = setup.heights_m.get(sensor.name)
     if height is None or setup.origin is None:
         return () if height is None else (height,)
-    frame, plane = LocalFrame(*setup.origin), np.asarray(sensor.position)  # type: ignore[attr-defined]
+    frame, plane = LocalFrame(*setup.origin), np.asarray(sensor.position)
     return (float(frame.from_geodetic(raised(frame, plane, np.array(height)))[2]),)
 
 
 def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
-    """Turn a sensor back into what the file says of it."""
-    kind_name = next(name for name, kind in KINDS.items() if type(sensor) is kind.make)
-    kind = KINDS[kind_name]
-    table: dict[str, Any] = {"name": sensor.name, "kind": kind_name}
-    for key, parameter in kind.sigmas.items():
-        value = getattr(sensor, parameter)
-        if key == "sigma_m":
-            sigma = np.sqrt(np.diag(value))
-            if not np.array_equal(value, np.diag(np.diag(value))):
-                raise InvalidInputError(f"errors of sensor {sensor.name!r} must not correlate.")
-            table[key] = sigma.tolist()
-        else:
-            table[key] = value / UNITS["_" + key.rsplit("_", 1)[1]]
-    if kind.coordinates:
-        table["position_m"] = [*sensor.position, *_up(setup, sensor)]  # type: ignore[attr-defined]
-    if kind.angles:
-        table["from_north"] = sensor.from_north  # type: ignore[attr-defined]
+    """Turn a sensor back into what the file says of it.
+
+    Raises
+    ------
+    InvalidInputError
+        Errors that correlate.
+    """
+    table: dict[str, Any] = {"name": sensor.name, "kind": sensor.kind.name}
+    for key, value in sensor.kind.sigmas_of(sensor).items():
+        table[key] = value if sensor.kind.per_axis else value / factor(key)
+    if sensor.position is not None:
+        table["position_m"] = [*sensor.position, *_up(setup, sensor)]
+    if sensor.azimuth_column is not None:
+        table["from_north"] = sensor.from_north
         table["body_frame"] = sensor.name in setup.body_frame
+    source = next((code for code, name in setup.asterix.items() if name == sensor.name), None)
+    if source is not None:
+        table["asterix"] = list(source)
     terms = setup.biases.get(sensor.name, ())
     table["biases" if terms else "reference"] = list(terms) or True
     for key, numbers in (("prior_sd", setup.prior_sd), ("limits", setup.limits)):
         given = {}
         for term in terms:
             if f"{sensor.name}.{term}" in numbers:
-                ending = _ending(term, sensor)
-                given[term + ending] = numbers[f"{sensor.name}.{term}"] / UNITS.get(ending, 1.0)
+                name = term + _ending(term, sensor)
+                given[name] = numbers[f"{sensor.name}.{term}"] / factor(name)
         if given:
             table[key] = given
     return table

@@ -13,19 +13,12 @@ import pyarrow as pa
 from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
 from probreg.recordings._heights import convergence, positions, signed
-from probreg.recordings._kinds import UNITS
+from probreg.recordings._kinds import factor
 from probreg.recordings._setup import Setup
-from probreg.recordings.formats import format_of
+from probreg.recordings._stream import Stream
 from probreg.sensors import Sensor
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 from probreg.typing import FloatArray, IntArray
-
-COMPASS = ("azimuth", "bearing")  # components that count from a north
-
-
-def factor(column: str) -> float:
-    """SI units a unit of a column, by the ending of its name."""
-    return UNITS["_" + column.rsplit("_", 1)[1]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +27,7 @@ class Rows:
 
     Attributes
     ----------
+    stream : Stream
     path : Path
     setup : Setup
     labels : dict of str to int
@@ -42,6 +36,7 @@ class Rows:
         Columns that are none of ours, and all; filled at the first batch.
     """
 
+    stream: Stream
     path: Path
     setup: Setup
     labels: dict[str, int] = field(default_factory=dict)
@@ -55,7 +50,7 @@ class Rows:
 
     def where(self, row: int) -> str:
         """Name a row, counted from 0, for an error."""
-        return format_of(self.path).row_names(self.path)(row)
+        return self.stream.row_names(self.path)(row)
 
     def read(self, limit: int) -> dict[str, Any]:
         """Read every batch and put the arrays together, in the order of the file."""
@@ -66,7 +61,7 @@ class Rows:
 
     def _parts(self, limit: int) -> Iterator[dict[str, Any]]:
         start = 0
-        for batch in format_of(self.path).batches(self.path):
+        for batch in self.stream.batches(self.path):
             if start == 0:
                 self.names[:] = batch.schema.names
                 self.others[:] = columns.check_names(batch.schema.names, self.setup)
@@ -140,14 +135,13 @@ class Rows:
             return
         own: FloatArray = np.zeros((len(rows), sensor.dim))
         # a position sensor reports in the common frame whatever carries it
-        if "own_position" in out and "x" not in sensor.bias_names:
+        if "own_position" in out and not sensor.cartesian:
             own = self._own(cells, rows, out["own_position"].shape[1], where)
             out["own_position"][rows] = own
         turn = convergence(self.setup, sensor, own)
-        for j, name in enumerate(sensor.bias_names):
-            column = columns.COMPONENTS[name]
+        for j, column in enumerate(columns.of_reports(sensor)):
             value = factor(column) * cells[column][rows]
-            if name in COMPASS:
+            if j == sensor.azimuth_column:
                 value = wrap_angle(value + signed(self.setup, sensor, turn))
             out["values"][rows, j] = value
         if "heading" in out:

@@ -40,6 +40,8 @@ class Setup:
     heights_m : mapping of str to float
         Of two-dimensional radars by name, above the ellipsoid, or above the plane of a frame
         without an origin: for slant ranges of targets whose height is reported.
+    asterix : mapping of (int, int) to str
+        From area and identification code of a source of ASTERIX messages to the sensor's name.
 
     Raises
     ------
@@ -58,10 +60,12 @@ class Setup:
     limits: Mapping[str, float] = field(default_factory=dict)
     origin: tuple[float, float, float] | None = None
     heights_m: Mapping[str, float] = field(default_factory=dict)
+    asterix: Mapping[tuple[int, int], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = {sensor.name for sensor in self.sensors}
-        strange = (set(self.biases) | set(self.body_frame) | set(self.heights_m)) - names
+        used = {*self.biases, *self.body_frame, *self.heights_m, *self.asterix.values()}
+        strange = used - names
         if strange:
             raise InvalidInputError(f"{sorted(strange)} are no sensors; known: {sorted(names)}.")
         for name in ("acceleration_m_s2", "window_s", "gate_m", "max_speed_m_s"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors.frame import LocalFrame
 from probreg.typing import FloatArray
 
 EARTH_RADIUS_M = 6_371_000.0  # only to start from; the ellipsoid corrects it

@@ -61,12 +61,12 @@ def refuse_kilometres(recording: Recording) -> None:
 
     Radars share targets only if their ranges together reach from one to the other.
     """
-    placed = {
-        k: np.asarray(sensor.position[:2])
-        for k, sensor in enumerate(recording.sensors)
-        if hasattr(sensor, "position")
-    }
-    reach = {k: float(recording.values[recording.sensor == k, 0].max()) for k in placed}
+    placed, reach, sigmas = {}, {}, {}
+    for k, sensor in enumerate(recording.sensors):
+        if sensor.position is not None and "range" in sensor.bias_names:
+            j = sensor.bias_names.index("range")
+            placed[k], sigmas[k] = np.asarray(sensor.position[:2]), float(sensor.sigmas[j])
+            reach[k] = float(recording.values[recording.sensor == k, j].max())
     for k, place in placed.items():
         sensor = recording.sensors[k]
         apart = [
@@ -74,11 +74,10 @@ def refuse_kilometres(recording: Recording) -> None:
             for j, other in placed.items()
             if j != k
         ]
-        sigma = getattr(sensor, "sigma_range", 0.0)
-        short = reach[k] < FEW_SIGMAS * sigma
+        short = reach[k] < FEW_SIGMAS * sigmas[k]
         if short or (recording.own_position is None and apart and min(apart) > 0.0):
             reason = (
-                f"its standard deviation is {sigma:g} m"
+                f"its standard deviation is {sigmas[k]:g} m"
                 if short
                 else f"the ranges of the nearest radar leave a gap of {min(apart):.0f} m to it"
             )

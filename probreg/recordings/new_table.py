@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from probreg.recordings._columns import COMPONENTS, OWN
+from probreg.recordings._columns import OWN, of_reports
 from probreg.recordings._heights import convergence, signed
+from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
-from probreg.recordings._rows import COMPASS, factor
 from probreg.recordings._setup import Setup
 from probreg.recordings.files import replacing
-from probreg.recordings.formats import format_of
+from probreg.recordings.table import table_format
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 
 
@@ -35,7 +35,7 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         An ending not known, a folder that cannot be written.
     """
     path = Path(path)
-    format_of(path)
+    form = table_format(path)
     own = recording.own_position
     heading = None if recording.heading is None else azimuth_from_north(recording.heading)
     names = np.array([sensor.name for sensor in recording.sensors])
@@ -44,12 +44,12 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         rows = np.flatnonzero(recording.sensor == k)
         here = np.zeros((len(rows), sensor.dim)) if own is None else own[rows]
         turn = convergence(setup, sensor, here)
-        for j, name in enumerate(sensor.bias_names):
-            cells = columns.setdefault(COMPONENTS[name], np.full(len(recording), np.nan))
+        for j, name in enumerate(of_reports(sensor)):
+            cells = columns.setdefault(name, np.full(len(recording), np.nan))
             values = recording.values[rows, j]
-            if name in COMPASS:
+            if j == sensor.azimuth_column:
                 values = np.mod(values - signed(setup, sensor, turn), 2.0 * np.pi)
-            cells[rows] = values / factor(COMPONENTS[name])
+            cells[rows] = values / factor(name)
         if heading is not None:
             heading[rows] = heading[rows] - turn
     if recording.labels:
@@ -58,9 +58,5 @@ def create(path: str | Path, recording: Recording, setup: Setup) -> None:
         columns.update(zip(OWN, own.T, strict=False))
     if heading is not None:
         columns["heading_deg"] = np.rad2deg(wrap_angle(heading))
-    frame = pd.DataFrame(columns)
     with replacing(path) as part:
-        if path.suffix.lower() == ".csv":
-            frame.to_csv(part, index=False)
-        else:
-            frame.to_parquet(part, index=False)
+        form.create(part, pd.DataFrame(columns))

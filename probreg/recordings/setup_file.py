@@ -33,7 +33,6 @@ from typing import Any
 
 from probreg.errors import InvalidInputError
 from probreg.recordings._kinds import (
-    KINDS,
     PLACE,
     by_term,
     check_names,
@@ -41,13 +40,15 @@ from probreg.recordings._kinds import (
     height_of,
     place,
     refuse_unknown,
+    sources_of,
     terms_of,
     to_sensor,
     to_table,
 )
 from probreg.recordings._setup import Setup
 from probreg.recordings.files import replacing
-from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors import known_kinds
+from probreg.sensors.frame import LocalFrame
 from probreg.validation import positive_number
 
 NUMBERS = ("acceleration_m_s2", "window_s", "gate_m", "max_speed_m_s")
@@ -100,7 +101,7 @@ def parse(content: Mapping[str, Any]) -> Setup:
     if repeated:
         raise InvalidInputError(f"sensor {repeated[0]!r} is there twice; rename one.")
     frame = _frame(content, tables)
-    flat = not any(KINDS[table["kind"]].coordinates == 3 for table in tables)
+    flat = not any(known_kinds()[table["kind"]].kind.coordinates == 3 for table in tables)
     sensors = tuple(to_sensor(table, frame, 2 if flat else 3) for table in tables)
     biases = {s.name: terms_of(table, s) for table, s in zip(tables, sensors, strict=True)}
     owned = list(zip(tables, sensors, strict=True))
@@ -109,14 +110,15 @@ def parse(content: Mapping[str, Any]) -> Setup:
         for key in ("prior_sd", "limits")
     )
     body = frozenset(table["name"] for table in tables if flag(table, "body_frame", False))
-    numbers: dict[str, Any] = {
+    others: dict[str, Any] = {
         key: positive_number(key, content[key]) for key in NUMBERS if key in content
     }
-    origin = None if frame is None else (frame.latitude_deg, frame.longitude_deg, frame.height_m)
+    if frame is not None:
+        others["origin"] = frame.latitude_deg, frame.longitude_deg, frame.height_m
     heights = {table["name"]: height_of(table, frame) for table in tables}
-    heights_m = {name: height for name, height in heights.items() if height is not None}
-    known = (sensors, biases, prior_sd, body)
-    return Setup(*known, limits=limits, origin=origin, heights_m=heights_m, **numbers)
+    others["heights_m"] = {name: high for name, high in heights.items() if high is not None}
+    others["asterix"] = sources_of(tables)
+    return Setup(sensors, biases, prior_sd, body, limits=limits, **others)
 
 
 def _frame(content: Mapping[str, Any], tables: list[dict[str, Any]]) -> LocalFrame | None:
@@ -154,9 +156,10 @@ def write(path: str | Path, setup: Setup) -> None:
         A sensor whose class has no kind in such files, or whose coordinates have errors that
         correlate; a folder that cannot be written.
     """
-    strange = [s.name for s in setup.sensors if type(s) not in [k.make for k in KINDS.values()]]
+    strange = [s.name for s in setup.sensors if s.kind.name not in known_kinds()]
     if strange:
-        raise InvalidInputError(f"sensor {strange[0]!r} is of no kind known here: {list(KINDS)}.")
+        known = list(known_kinds())
+        raise InvalidInputError(f"sensor {strange[0]!r} is of no kind known here: {known}.")
     top: dict[str, Any] = {key: getattr(setup, key) for key in NUMBERS}
     if setup.origin is not None:
         top["origin"] = dict(zip(PLACE, setup.origin, strict=True))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg.recordings import Recording, Setup, gives_position
+from probreg.recordings import Recording, Setup
 from probreg.registration._fit import thinned
 from probreg.registration.residuals import (
     Between,
@@ -31,10 +31,10 @@ class Accuracy(NamedTuple):
     Attributes
     ----------
     sensor, component : str
-    unit : str
-        "m" or "rad".
+    key : str
+        Of the accuracy in the setup file.
     declared : float
-        SI units.
+        In the SI unit of the key.
     factor : float
         The scatter over it.
     clear : bool
@@ -43,7 +43,7 @@ class Accuracy(NamedTuple):
 
     sensor: str
     component: str
-    unit: str
+    key: str
     declared: float
     factor: float
     clear: bool
@@ -73,13 +73,13 @@ def accuracies(recording: Recording, setup: Setup, theta: FloatArray) -> list[Ac
             error[number] = _ERROR / np.sqrt(len(residual)) / own
     said = []
     for k, sensor in enumerate(recording.sensors):
-        sigma = _sigmas(sensor)
-        for j, (name, unit) in enumerate(zip(sensor.bias_names, sensor.bias_units, strict=True)):
+        for j, (name, sigma) in enumerate(zip(sensor.bias_names, sensor.sigmas, strict=True)):
             number = firsts[k] + j
             if number in parts and own_share[number] > _OWN:
                 ratio = float(np.sqrt(factor[number]))
                 clear = bool(abs(factor[number] - 1.0) > 3.0 * error[number])
-                said.append(Accuracy(sensor.name, name, unit, float(sigma[j]), ratio, clear))
+                key = sensor.kind.sigma_key(j)
+                said.append(Accuracy(sensor.name, name, key, float(sigma), ratio, clear))
     return said
 
 
@@ -91,25 +91,25 @@ def _parts(
     own = np.zeros(shape) if recording.own_position is None else recording.own_position
     parts: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
     for k, sensor in enumerate(recording.sensors):
-        if not gives_position(sensor):
+        if not sensor.gives_position:
             continue
         line = between(recording, found.time, found.where, k, setup.window_s)
         if len(line.rows) < _FEWEST:
             continue
         some = thinned(len(line.rows), _MOST)
         line = Between._make(part[some] for part in line)
-        at = line.expected - own[line.rows]
-        back = np.linalg.inv(sensor.sensitivity(at))
+        reports = found.values[line.rows, : len(sensor.bias_names)]
+        back = np.linalg.inv(sensor.observe(reports, line.expected, own[line.rows]).D)
         # integrated white acceleration against the line between its ends
         path = (setup.acceleration_m_s2 * line.share * (1.0 - line.share)) ** 2 * line.gap**3 / 3.0
-        for j, sigma in enumerate(_sigmas(sensor)):
+        for j, sd in enumerate(sensor.report_sd(reports).T):
             by = back[:, j]
             shares = np.zeros((len(line.rows), int(firsts[-1])))
             for rows, weight in ((line.left, 1.0 - line.share), (line.right, line.share)):
                 columns = _columns(recording, found, own, firsts, rows)
                 moved = np.einsum("nd,ndp->np", by, columns)
                 shares += (weight[:, None] * moved) ** 2
-            shares[:, firsts[k] + j] += sigma**2
+            shares[:, firsts[k] + j] += sd**2
             residual = found.residual[line.rows, j]
             parts[int(firsts[k] + j)] = residual, shares, path * np.einsum("nd,nd->n", by, by)
     return parts
@@ -127,14 +127,9 @@ def _columns(
     for k, sensor in enumerate(recording.sensors):
         of = np.flatnonzero(recording.sensor[rows] == k)
         if of.size:
-            moved = sensor.sensitivity(found.where[rows[of]] - own[rows[of]]) * _sigmas(sensor)
-            columns[of, :, firsts[k] : firsts[k + 1]] = moved
+            some = rows[of]
+            reports = found.values[some, : len(sensor.bias_names)]
+            moved = sensor.observe(reports, found.where[some], own[some]).D
+            sd = sensor.report_sd(reports)[:, None]
+            columns[of, :, firsts[k] : firsts[k + 1]] = moved * sd
     return columns
-
-
-def _sigmas(sensor: object) -> FloatArray:
-    """Declared standard deviations of a sensor's components."""
-    for name in ("sigmas", "sigma_bearing"):
-        if hasattr(sensor, name):
-            return np.atleast_1d(getattr(sensor, name))
-    return np.sqrt(np.diag(np.asarray(sensor.noise_covariance)))  # type: ignore[attr-defined]

@@ -15,7 +15,6 @@ from probreg.registration._choice import law_at
 from probreg.registration._held_out import HeldOut
 from probreg.registration._observed import Determined
 from probreg.samplers import Draws
-from probreg.sensors import Radar2D, Radar3D
 from probreg.typing import FloatArray, IntArray
 
 FAR_SIGMAS = 5.0  # of the prior, from zero
@@ -150,9 +149,10 @@ def curvature(recording: Recording, law: str) -> list[str]:
     said = []
     for k, sensor in enumerate(recording.sensors):
         rows = recording.sensor == k
-        if not isinstance(sensor, Radar2D | Radar3D) or not rows.any():
+        if not {"range", "azimuth"} <= set(sensor.bias_names) or not rows.any():
             continue
-        sigma_range, *angles = sensor.sigmas
+        reports = recording.values[rows, : len(sensor.bias_names)]
+        sigma_range, *angles = np.median(sensor.report_sd(reports), axis=0)
         r = float(np.quantile(recording.values[rows, 0], 0.9))
         bent = r * max(angles) ** 2 / sigma_range
         if bent > _CURVED:
@@ -170,12 +170,10 @@ def accuracy(found: Sequence[Accuracy]) -> list[str]:
     for one in found:
         if not one.clear or _FACTOR[0] < one.factor < _FACTOR[1]:
             continue
-        angle = one.unit == "rad"
         size = one.factor * one.declared
-        field = f"sigma_{one.component}_{'deg' if angle else 'm'}"
-        field = field if one.component in ("range", "azimuth", "elevation") else "sigma_m"
+        size = np.rad2deg(size) if one.key.endswith("_deg") else size
         said.append(
             f"{one.sensor}: {one.component} spread {one.factor:.1f} times declared; set "
-            f"{field} near {float(f'{np.rad2deg(size) if angle else size:.2g}'):g}."
+            f"{one.key} near {float(f'{size:.2g}'):g}."
         )
     return said

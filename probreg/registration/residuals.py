@@ -7,16 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg.recordings import (
-    Recording,
-    Setup,
-    corrected_values,
-    places,
-    true_reports,
-    turned,
-    turns,
-)
-from probreg.sensors import Sensor
+from probreg.recordings import Recording, Setup, corrected_values, places, turns
+from probreg.sensors import Sensor, turned
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 
@@ -55,7 +47,7 @@ def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> R
     for k, sensor in enumerate(recording.sensors):
         line = between(recording, time, where, k, setup.window_s)
         seen, q = line.rows, len(sensor.bias_names)
-        said = turned(sensor, true_reports(sensor, line.expected, own[seen]), -turn[seen])
+        said = turned(sensor, sensor.to_report(line.expected, own[seen]), -turn[seen])
         residual[seen, :q] = _difference(sensor, values[seen, :q], said)
     return Residuals(time, where, values, residual)
 

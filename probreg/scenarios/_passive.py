@@ -57,7 +57,7 @@ def report(
 ) -> tuple[BearingReports, PassiveTruth]:
     """Bearings with errors in standard deviations (n,), and the truth behind them."""
     place = np.array(emitter, dtype=float)
-    bearing = sensor.to_report(np.broadcast_to(place, own.shape), own)
+    bearing = sensor.to_report(np.broadcast_to(place, own.shape), own)[:, 0]
     reported = bearing + bias + sensor.sigma_bearing * error
     data = BearingReports(sensor, reported, own, time)
     return data, PassiveTruth(place, bias, bearing, outlier)

@@ -105,7 +105,8 @@ class TrafficScene:
             raise InvalidInputError("wrong identities need two aircraft or more.")
         for number in (*self.scan_s, self.outlier_factor, self.max_range_m):
             positive_number("scan_s, outlier_factor or max_range_m", number)
-        if len({s.dim for s in self.sensors}) > 1 or not hasattr(self.sensors[0], "to_cartesian"):
+        placing = all(sensor.gives_position for sensor in self.sensors)
+        if len({s.dim for s in self.sensors}) > 1 or not placing:
             raise InvalidInputError("sensors must be radars or position sensors of one dimension.")
         known = {f"{s.name}.{term}" for s in self.sensors for term in self._terms(s)}
         strange = set(self.biases or ()) - known
@@ -186,7 +187,7 @@ def _look(
         seen = rng.random(time.shape) < scene.detection
         time, slot = time[seen], slot[seen]
         where = flights.position(slot, time)[:, : sensor.dim]
-        if hasattr(sensor, "position"):
+        if sensor.position is not None:
             distance = np.hypot(*(where - np.asarray(sensor.position))[:, :2].T)
             near = (distance > BLIND_RANGE_M) & (distance < scene.max_range_m)
             time, slot, where = time[near], slot[near], where[near]
@@ -258,7 +259,7 @@ def simulate(
     time = looks.time.copy()
     for k, sensor in enumerate(scene.sensors):
         rows = np.flatnonzero(looks.sensor == k)
-        noise = sensor.sample_noise(rng, len(rows))
+        noise = sensor.sample_noise(rng, len(rows), looks.positions[rows])
         noise[outlier[rows]] *= scene.outlier_factor
         reports = _report(sensor, looks.positions[rows], bias, noise)
         values[rows, : reports.shape[1]] = reports

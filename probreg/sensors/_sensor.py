@@ -1,20 +1,53 @@
-"""What every sensor offers, and the checks that they share."""
+"""What every sensor offers, and what most kinds share."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from probreg.sensors._kind import Kind
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, positive_number
 
 
-class Sensor(Protocol):
-    """What a registration problem asks of a sensor.
+class Equations(NamedTuple):
+    """What n reports say of where their targets are: e = G x + D bias + noise of covariance C.
 
-    A report has `len(bias_names)` components; a bias adds to each of them.
+    Shapes (n, d), (n, d, d), (n, d, d) and (n, d, q). A kind whose reports give fewer than d
+    equations leaves the last ones zero.
     """
+
+    e: FloatArray
+    G: FloatArray
+    C: FloatArray
+    D: FloatArray
+
+
+class Sensor(Protocol):
+    """What a recording and its registration ask of a sensor.
+
+    A report has q = `len(bias_names)` components, and a bias adds to each of them:
+    report = truth + bias + noise. Positions are of d = `dim` coordinates in the common frame.
+    `own`, shape (n, d), is where the platform of a moving sensor is at each report: the sensor
+    sees from there, and its own place, where it has one, is relative to it.
+
+    Attributes
+    ----------
+    kind : Kind
+        What files say of sensors of this class.
+    azimuth_column : int or None
+        Which report component is an azimuth; None for a kind without.
+    gives_position : bool
+        Whether a single report places its target.
+    cartesian : bool
+        Whether reports are positions themselves, so that the equations are linear.
+    """
+
+    kind: ClassVar[Kind]
+    azimuth_column: ClassVar[int | None]
+    gives_position: ClassVar[bool]
+    cartesian: ClassVar[bool]
 
     @property
     def name(self) -> str:
@@ -36,14 +69,53 @@ class Sensor(Protocol):
     def bias_sd(self) -> FloatArray:
         """Default prior standard deviation of each bias: what such sensors are found to have."""
 
+    @property
+    def position(self) -> tuple[float, ...] | None:
+        """Its own place, metres; None for a kind without."""
+
+    @property
+    def from_north(self) -> bool:
+        """Whether the azimuth counts from y (north), clockwise; else from x, counter-clockwise."""
+
+    @property
+    def sigmas(self) -> FloatArray:
+        """Accuracy of each component (q,), as declared: in the SI unit of its `kind.sigma_key`."""
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Return reports, shape (n, q), after checking them."""
 
-    def to_cartesian(self, reports: FloatArray, *, unbiased: bool = True) -> FloatArray:
-        """Convert reports (n, q) to positions (n, d) in the common frame."""
+    def to_cartesian(
+        self, reports: FloatArray, own: FloatArray | None = None, *, unbiased: bool = True
+    ) -> FloatArray:
+        """Convert reports (n, q) to positions (n, d); NaN where one report places no target."""
 
-    def to_report(self, positions: FloatArray) -> FloatArray:
-        """Convert positions (n, d) in the common frame to noise-free reports (n, q)."""
+    def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
+        """Convert positions (n, d) to noise-free reports (n, q)."""
+
+    def observe(
+        self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None
+    ) -> Equations:
+        """Equations of reports (n, q), linearised about targets at (n, d).
+
+        Without `at` they are linearised where the reports themselves put the targets; reports
+        that put them nowhere give no equation then.
+        """
+
+    def report_sd(self, reports: FloatArray) -> FloatArray:
+        """Standard deviations (n, q) of the components of reports (n, q), metres and radians."""
+
+    def sample_noise(
+        self, rng: np.random.Generator, n: int, at: FloatArray | None = None
+    ) -> FloatArray:
+        """Draw n errors of reports, shape (n, q).
+
+        Kinds whose errors depend on where the target is, relative to the platform, need `at`,
+        shape (n, d).
+        """
+
+
+class PlacingSensor(Sensor, Protocol):
+    """A sensor whose single reports place their targets: positions can be compared directly."""
 
     def sensitivity(self, positions: FloatArray) -> FloatArray:
         """Derivative (n, d, q) of the converted position with respect to the bias."""
@@ -51,8 +123,21 @@ class Sensor(Protocol):
     def covariance(self, positions: FloatArray) -> FloatArray:
         """Covariance (n, d, d) of the converted position."""
 
-    def sample_noise(self, rng: np.random.Generator, n: int) -> FloatArray:
-        """Draw n errors of reports, shape (n, q)."""
+
+def observe_position(
+    sensor: PlacingSensor, reports: FloatArray, at: FloatArray | None, own: FloatArray | None
+) -> Equations:
+    """Equations of reports that are converted to positions; see `Sensor.observe`."""
+    local = sensor.to_cartesian(reports)
+    where = local if at is None else relative(at, own)
+    G = np.broadcast_to(np.eye(sensor.dim), (len(reports), sensor.dim, sensor.dim))
+    e = local if own is None else local + own
+    return Equations(e, G, sensor.covariance(where), sensor.sensitivity(where))
+
+
+def relative(positions: FloatArray, own: FloatArray | None) -> FloatArray:
+    """Positions as seen from the platform."""
+    return positions if own is None else positions - own
 
 
 def settle(sensor: Any, dim: int, *sigmas: str) -> None:

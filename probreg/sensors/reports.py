@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from probreg.errors import InvalidInputError
-from probreg.sensors import BearingSensor, Sensor
+from probreg.sensors import BearingSensor, PlacingSensor, Sensor
 from probreg.typing import FloatArray, IntArray
 from probreg.validation import finite_array
 
@@ -19,20 +19,22 @@ class SensorReports:
 
     Parameters
     ----------
-    sensor : Sensor
+    sensor : PlacingSensor
     values : ndarray, shape (n, q)
         Reports in the sensor's components and units; n may be zero.
 
     Raises
     ------
     InvalidInputError
-        A wrong shape, NaN or infinity, degrees by the look of them.
+        A wrong shape, NaN or infinity, degrees by the look of them, a sensor whose reports place
+        no target.
     """
 
-    sensor: Sensor
+    sensor: PlacingSensor
     values: FloatArray
 
     def __post_init__(self) -> None:
+        refuse_bearings(self.sensor)
         object.__setattr__(self, "values", self.sensor.check(self.values))
 
     def __len__(self) -> int:
@@ -41,6 +43,15 @@ class SensorReports:
     def positions(self, bias: FloatArray | float = 0.0) -> FloatArray:
         """Positions (..., n, d) after correction by biases of shape (..., 1, q) or a scalar."""
         return self.sensor.to_cartesian(self.values - bias)
+
+
+def refuse_bearings(sensor: Sensor) -> None:
+    """Refuse a sensor whose single reports place no target, so that none can be compared."""
+    if not sensor.gives_position:
+        raise InvalidInputError(
+            f"one report of sensor {sensor.name!r} ({', '.join(sensor.bias_names)}) places no "
+            "target. Put its reports into a Recording, or into BearingReports of one emitter."
+        )
 
 
 def pair_up(first: SensorReports, second: SensorReports, pairs: IntArray) -> AssociatedReports:
@@ -55,7 +66,7 @@ class AssociatedReports:
 
     Parameters
     ----------
-    sensors : tuple of Sensor
+    sensors : tuple of PlacingSensor
         The k sensors that saw every row, k >= 2.
     values : tuple of ndarray
         One array (n, q) a sensor: its reports in its own components and units.
@@ -68,10 +79,11 @@ class AssociatedReports:
     Raises
     ------
     InvalidInputError
-        Fewer than two sensors, unequal lengths or dimensions, NaN, equal sensor names.
+        Fewer than two sensors, unequal lengths or dimensions, NaN, equal sensor names, sensors
+        whose reports place no target.
     """
 
-    sensors: tuple[Sensor, ...]
+    sensors: tuple[PlacingSensor, ...]
     values: tuple[FloatArray, ...]
     time: FloatArray | None = None
     tracks: IntArray | None = None
@@ -87,6 +99,8 @@ class AssociatedReports:
             raise InvalidInputError(f"sensor names {names} repeat; give each sensor its own.")
         if len(self.values) != len(names):
             raise InvalidInputError(f"{len(self.values)} report arrays for {len(names)} sensors.")
+        for sensor in self.sensors:
+            refuse_bearings(sensor)
         dims = {sensor.name: sensor.dim for sensor in self.sensors}
         if len(set(dims.values())) > 1:
             raise InvalidInputError(f"sensors of different dimension in one row: {dims}.")
@@ -166,8 +180,8 @@ class BearingReports:
     Parameters
     ----------
     sensor : BearingSensor
-    bearing : ndarray, shape (n,)
-        In the sensor's convention, radians.
+    bearing : ndarray, shape (n,) or (n, 1)
+        In the sensor's convention, radians; (n,) inside.
     own_position : ndarray, shape (n, 2)
         Metres.
     time : ndarray, shape (n,), optional
@@ -185,7 +199,10 @@ class BearingReports:
     time: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        bearing = self.sensor.check(self.bearing)
+        shape = (None, 1)[: max(np.ndim(self.bearing), 1)]
+        label = f"bearing of sensor {self.sensor.name!r}"
+        column = finite_array(label, self.bearing, shape).reshape(-1, 1)
+        bearing = self.sensor.check(column)[:, 0]
         object.__setattr__(self, "bearing", bearing)
         own = finite_array("own_position", self.own_position, (len(bearing), 2))
         object.__setattr__(self, "own_position", own)

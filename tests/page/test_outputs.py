@@ -10,16 +10,17 @@ import pandas as pd
 import pytest
 import xarray
 
-from probreg.page import (
-    Provenance,
-    checksum,
-    matters,
+from probreg.page import Provenance, checksum, matters, write
+from probreg.recordings import (
+    bias_model,
+    correct,
+    read,
     read_biases,
-    read_source,
-    write,
+    restore,
+    setup_file,
+    table,
     write_changed,
 )
-from probreg.recordings import bias_model, correct, restore, setup_file, table
 from probreg.registration import LAWS, register
 from probreg.scenarios.demonstration import demonstration
 from probreg.scenarios.traffic import TrafficScene
@@ -58,12 +59,12 @@ def test_reports_are_named_by_their_lines_as_in_errors(done, tmp_path):
     lines = (done.demo / "reports.csv").read_text().splitlines()
     path = tmp_path / "reports.csv"
     path.write_text("\n".join([*lines[:5], "", *lines[5:]]) + "\n")
-    source = read_source(path, setup_file.read(done.demo / "sensors.toml"))
+    source = read(path, setup_file.read(done.demo / "sensors.toml"))
     text = path.read_text().splitlines()
     for report in (0, 3, 10, 1_999):
         line = int(source.row_name(report).removeprefix("line "))
         time = float(text[line - 1].split(",")[0])
-        assert time == source.reading.recording.time[report]
+        assert time == source.recording.time[report]
     assert "line " in (done.result / "report.html").read_text().split('id="suspect-table"')[1]
 
 
@@ -158,7 +159,7 @@ def test_clock_biases_are_corrected_and_restored_in_the_order_of_the_file(tmp_pa
     scene = TrafficScene(reports=800, biases=names)
     reports, sensors, _ = demonstration(tmp_path / "in", np.random.default_rng(2), scene)
     setup = setup_file.read(sensors)
-    source = read_source(reports, setup)
+    source = read(reports, setup)
     theta = np.array([names.get(name, 0.0) for name in bias_model(setup).names])
     write_changed(tmp_path / "out.csv", source, setup, theta, correct)
     old, new = pd.read_csv(reports), pd.read_csv(tmp_path / "out.csv")
@@ -169,7 +170,7 @@ def test_clock_biases_are_corrected_and_restored_in_the_order_of_the_file(tmp_pa
     assert (old.target == new.target).all()
     near = old.sensor == "radar1"
     np.testing.assert_allclose((old.range_m - new.range_m)[near], 30.0, atol=1e-9)
-    moved = read_source(tmp_path / "out.csv", setup)
+    moved = read(tmp_path / "out.csv", setup)
     write_changed(tmp_path / "back.csv", moved, setup, theta, restore)
     back = pd.read_csv(tmp_path / "back.csv")
     for name in ("time_s", "range_m", "azimuth_deg"):

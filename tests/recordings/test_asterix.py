@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from probreg import recordings
 from probreg.errors import InvalidInputError
-from probreg.recordings import Setup, asterix, new_table, table
-from probreg.recordings.local_frame import LocalFrame
+from probreg.recordings import Setup, new_table, setup_file, table
+from probreg.recordings.formats import asterix
 from probreg.sensors import PositionSensor, Radar2D, Radar3D
+from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
 
 pytest.importorskip("asterix.base")
@@ -142,7 +146,7 @@ def test_simulated_plots_come_back_at_their_places(tmp_path, reference):
         values = recording.values[rows]
         at = values if k == 2 else sensor.to_cartesian(values, unbiased=False)
         # 1/256 NM and 0.0055 degrees of a plot, 2^-25 half turns of a track: as the items have it
-        reach = np.linalg.norm(xy[rows] - getattr(sensor, "position", 0.0), axis=1)
+        reach = np.linalg.norm(xy[rows] - (sensor.position or 0.0), axis=1)
         last = 0.7 + (0.0 if k == 2 else NM / 512 * 1.2) + (0.0 if k == 2 else 5e-5) * reach
         assert (np.linalg.norm(at - xy[rows], axis=1) < last).all()
 
@@ -157,6 +161,21 @@ def test_a_recording_of_plots_is_kept_as_a_table(tmp_path):
     difference[recording.sensor < 2, 1] = wrap_angle(difference[recording.sensor < 2, 1])
     assert np.abs(difference).max() < 1e-9
     np.testing.assert_array_equal(again.time, recording.time)
+
+
+def test_the_setup_names_the_sources_and_the_door_reads_them(tmp_path):
+    write(tmp_path / "r.ast")
+    said = dataclasses.replace(setup("west", "east", "adsb"), asterix=SOURCES)
+    setup_file.write(tmp_path / "sensors.toml", said)
+    again = setup_file.read(tmp_path / "sensors.toml")
+    assert again.asterix == SOURCES
+    found = recordings.read(tmp_path / "r.ast", said)
+    wanted, notes = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    assert found.notes == notes
+    for name in ("values", "time", "sensor", "target"):
+        np.testing.assert_array_equal(getattr(found.recording, name), getattr(wanted, name))
+    with pytest.raises(InvalidInputError, match="sources must name each sensor"):
+        recordings.read(tmp_path / "r.ast", dataclasses.replace(said, asterix={}))
 
 
 def test_flat_geometry_would_be_wrong_by_more_than_the_biases_looked_for(tmp_path):

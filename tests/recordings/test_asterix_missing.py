@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from probreg.errors import MissingExtraError
-from probreg.recordings import asterix
+from probreg.recordings.formats import asterix
 
 
 def test_without_a_decoder_the_error_says_what_to_install(tmp_path, monkeypatch):

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.recordings import autoferry, checks
+from probreg.recordings import checks
+from probreg.recordings.formats import autoferry
 from probreg.sensors.geometry import wrap_angle
 
 NAMES = ["lidar", "radar", "infrared", "electro_optical", "gnss"]

@@ -10,7 +10,7 @@ import pytest
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import setup_file, table
-from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
 
 NORTH, SOUTH = (50.1, 8.1, 250.0), (49.4, 8.6, 120.0)
@@ -67,7 +67,7 @@ def geodetic(name, places, offset):
 
 def where(sensor, values):
     """Places of reports without the allowance for noise that `to_cartesian` makes."""
-    if not hasattr(sensor, "position"):
+    if sensor.position is None:
         return values
     azimuth = 0.5 * np.pi - values[:, 1] if sensor.from_north else values[:, 1]
     line = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)

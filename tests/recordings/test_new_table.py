@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from probreg.recordings import Recording, Setup, new_table, table
-from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D
+from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
 
 

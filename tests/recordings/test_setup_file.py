@@ -9,8 +9,8 @@ import pytest
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import Recording, Setup, setup_file
-from probreg.recordings.local_frame import LocalFrame
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D
+from probreg.sensors.frame import LocalFrame
 
 FULL = """
 acceleration_m_s2 = 2.5
@@ -216,7 +216,7 @@ def test_correlated_errors_cannot_be_written(tmp_path):
         (radar(sigma_range_m=None), ["'a'", "lacks 'sigma_range_m'"]),
         (radar(sigma_range_m='"fifty"'), ["sigma_range_m", "'fifty'"]),
         (radar(sigma_range_m="-1"), ["sigma_range_m", "above zero"]),
-        (radar(kind='"lidar"'), ["'lidar'", "radar2d, radar3d, position, bearing"]),
+        (radar(kind='"lidar"'), ["'lidar'", "bearing, position, radar2d, radar3d, tracker2d"]),
         (radar(name=""), ["name"]),
         (radar(name="a.b"), ["without dots"]),
         (radar() + radar(), ["'a'", "twice"]),
@@ -235,6 +235,10 @@ def test_correlated_errors_cannot_be_written(tmp_path):
         (radar(biases='["range"]', prior_sd="{azimuth_deg = 1}"), ["'azimuth_deg'", "range_m"]),
         (radar(limits="{range_m = 0}"), ["range_m", "above zero"]),
         (radar(limits="3"), ["limits", "table"]),
+        (radar(asterix="[25]"), ["asterix", "'a'", "[SAC, SIC]"]),
+        (radar(asterix="[25, true]"), ["asterix", "[SAC, SIC]"]),
+        (radar(asterix="[25, 256]"), ["asterix", "[SAC, SIC]"]),
+        (radar(asterix="[1, 2]") + radar("b", asterix="[1, 2]"), ["'a'", "'b'", "[1, 2]"]),
         ("window_s = 0\n" + radar(), ["window_s", "above zero"]),
         ("origin = 3\n" + radar(), ["origin", "table"]),
         ("origin = {lat = 3}\n" + radar(), ["'lat'", "latitude_deg"]),

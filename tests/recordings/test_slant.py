@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.recordings._slant import site, target_places
-from probreg.recordings.local_frame import LocalFrame
+from probreg.sensors.frame import LocalFrame
 
 
 def test_a_target_is_found_again_by_slant_range_azimuth_and_height():

@@ -10,9 +10,9 @@ import pytest
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import Setup, table
-from probreg.recordings.local_frame import LocalFrame
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D
+from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
 
 FORMATS = ["csv", "parquet"]

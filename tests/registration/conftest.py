@@ -72,17 +72,14 @@ def fly(
             heading[:] = 0.3 + 0.01 * time
         if isinstance(sensor, BearingSensor):
             own = own + np.asarray(BEARINGS_FROM)
-            report = sensor.to_report(where, own)[:, None]
-        else:
-            report = sensor.to_report(where - own)
+        report = sensor.to_report(where, own)
         if sensor.name in body_frame:
-            clockwise = getattr(sensor, "from_north", False)
-            report[:, 1] -= 0.5 * np.pi - heading if clockwise else heading
+            report[:, 1] -= 0.5 * np.pi - heading if sensor.from_north else heading
         terms = [t for n, t in known_terms(sensor).items() if f"{t.owner}.{n}" in theta]
         terms = [t for t in terms if t.name != "heading"]
         own_theta = np.array([theta[f"{t.owner}.{t.name}"] for t in terms])
         report = add_terms(terms, own_theta, report) + noise * (
-            sensor.sample_noise(rng, len(time)).reshape(report.shape)
+            sensor.sample_noise(rng, len(time), where - own)
         )
         stamp = time + theta.get(f"{sensor.name}.time", 0.0)
         values = np.full((len(time), 3), np.nan)

@@ -14,17 +14,8 @@ from probreg.problems.observability import Observability
 from probreg.problems.recording._elimination import eliminate, fit_paths
 from probreg.problems.recording._rows import RowPlan, dimension, plan_rows
 from probreg.problems.recording._velocity import steady
-from probreg.recordings import (
-    Recording,
-    Seen,
-    Setup,
-    bias_model,
-    gives_position,
-    observe,
-    true_reports,
-    turned,
-    turns,
-)
+from probreg.recordings import Recording, Setup, bias_model, turns
+from probreg.sensors import Equations, turned
 from probreg.sensors.terms import remove_terms
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
@@ -96,7 +87,7 @@ class RecordingProblem:
         clocks = self.model.clocks
         self.plan = plan_rows(recording, setup, always_moving=clocks) if plan is None else plan
         self._count = np.array([len(s.bias_names) for s in recording.sensors])
-        self._places = np.array([gives_position(s) for s in recording.sensors])
+        self._places = np.array([s.gives_position for s in recording.sensors])
         # bearings tell something only where the other reports have put the target
         self._passes = _PASSES if self._places.all() else _PASSES + 2
         self._turn = turns(recording, setup, self.plan.members)
@@ -207,7 +198,7 @@ class RecordingProblem:
         rows = (chunk.start, chunk.moving, chunk.dt, chunk.equations)
         eliminate(*rows, seen.e, seen.G, seen.C, S, columns, self._psd, y, B, R)
 
-    def _fit(self, a: int, chunk: _Chunk) -> tuple[FloatArray, FloatArray, Seen]:
+    def _fit(self, a: int, chunk: _Chunk) -> tuple[FloatArray, FloatArray, Equations]:
         """Position and velocity by report on the fitted lines, and the equations there."""
         rows = (chunk.start, chunk.moving, chunk.dt)
         seen = self._observe(chunk, None)
@@ -272,21 +263,21 @@ class RecordingProblem:
             placed,
         )
 
-    def _observe(self, chunk: _Chunk, where: FloatArray | None) -> Seen:
+    def _observe(self, chunk: _Chunk, where: FloatArray | None) -> Equations:
         """Equations of every report, B and R where the targets are (at first: reported)."""
         n, d = len(chunk.sensor), self.dim
-        parts = Seen(np.zeros((n, d)), *(np.zeros((n, d, d)) for _ in range(3)))
+        parts = Equations(np.zeros((n, d)), *(np.zeros((n, d, d)) for _ in range(3)))
         for k in np.unique(chunk.sensor):
             sensor, own = self.recording.sensors[k], np.flatnonzero(chunk.sensor == k)
             reports = turned(sensor, chunk.corrected[own, : self._count[k]], chunk.turn[own])
             at = None if where is None else where[own]
-            seen = observe(sensor, reports, chunk.own[own], at)
+            seen = sensor.observe(reports, at, chunk.own[own])
             parts.e[own], parts.G[own], parts.C[own] = seen.e, seen.G, seen.C
             parts.D[own, :, : self._count[k]] = seen.D
         return parts
 
     def _sensitivity(
-        self, chunk: _Chunk, seen: Seen, where: FloatArray, velocity: FloatArray
+        self, chunk: _Chunk, seen: Equations, where: FloatArray, velocity: FloatArray
     ) -> tuple[FloatArray, IntArray]:
         """Derivative of the equations by each sensor's own unknowns, and which those are."""
         most = max(len(columns) for columns in self.model.columns)
@@ -294,7 +285,7 @@ class RecordingProblem:
         S, columns = np.zeros((n, self.dim, most)), np.full((n, most), -1)
         for k in np.unique(chunk.sensor):
             sensor, own = self.recording.sensors[k], np.flatnonzero(chunk.sensor == k)
-            true = true_reports(sensor, where[own], chunk.own[own])
+            true = sensor.to_report(where[own], chunk.own[own])
             true = turned(sensor, true, -chunk.turn[own])
             D = seen.D[own, :, : self._count[k]]
             columns[own, : len(self.model.columns[k])] = self.model.columns[k]

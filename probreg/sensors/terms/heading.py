@@ -7,11 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from probreg.sensors import Sensor
-from probreg.sensors.terms._term import Term, component
+from probreg.sensors import Sensor, sense
+from probreg.sensors.terms._term import Term
 from probreg.typing import FloatArray
-
-_AZIMUTHS = ("azimuth", "bearing")
 
 
 @dataclass(frozen=True)
@@ -45,10 +43,10 @@ class Heading(Term):
     @classmethod
     def of(cls, sensor: Sensor) -> tuple[Self, ...]:
         """Sensors that report an azimuth."""
-        return (cls(sensor),) if set(_AZIMUTHS) & set(sensor.bias_names) else ()
+        return () if sensor.azimuth_column is None else (cls(sensor),)
 
     def column(self, reports: FloatArray) -> FloatArray:
         """One in the azimuth, minus one where it counts clockwise."""
-        name = next(name for name in _AZIMUTHS if name in self.sensor.bias_names)
-        sign = -1.0 if getattr(self.sensor, "from_north", False) else 1.0
-        return component(self.sensor, name, sign, len(reports))
+        column = np.zeros((len(reports), len(self.sensor.bias_names)))
+        column[:, self.sensor.azimuth_column] = sense(self.sensor)
+        return column

@@ -18,6 +18,7 @@ heading and one of azimuth cannot be told apart.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,8 +27,10 @@ from typing import Any
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
+from probreg.recordings.formats._format import RecordingFormat
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Sensor
 from probreg.sensors.geometry import azimuth_from_north, cartesian_to_polar
 from probreg.typing import FloatArray, IntArray
@@ -44,7 +47,23 @@ SENSOR_NUMBERS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
 GNSS = "gnss"
 
 
-def sensors() -> tuple[Sensor | BearingSensor, ...]:
+class Autoferry(RecordingFormat):
+    """The folder of a scenario; the setup has the benchmark's sensors, see `setup`."""
+
+    def recognises(self, path: Path) -> bool:
+        """A folder that holds its detections."""
+        return (path / f"{path.name}_detections.json").is_file()
+
+    def read(self, path: Path, setup: Setup, *, trust_units: bool = False) -> Reading:
+        """Read a scenario; its units are fixed, so there is nothing to trust."""
+        names = [sensor.name for sensor in sensors()]
+        if [sensor.name for sensor in setup.sensors] != names:
+            raise InvalidInputError(f"{path}: the sensors of the setup must be {names}.")
+        found = read(path.parent, int(path.name.removeprefix("scenario")))
+        return Reading(path, dataclasses.replace(found, sensors=setup.sensors), ())
+
+
+def sensors() -> tuple[Sensor, ...]:
     """Lidar, radar, infrared and electro-optical camera, and GNSS, by these names."""
     here = (0.0, 0.0)
     return (
@@ -60,7 +79,7 @@ def setup() -> Setup:
     """Every bias of the ferry's sensors, with GNSS as the reference; numbers for small vessels."""
     every = sensors()
     return Setup(
-        every,  # type: ignore[arg-type]
+        every,
         {s.name: () if s.name == GNSS else s.bias_names for s in every},
         acceleration_m_s2=0.5,
         window_s=1.0,
@@ -160,7 +179,7 @@ def _detections(entry: dict[str, Any]) -> _Part:
     index = names.index(SENSOR_NUMBERS[number])
     own = _numbers(entry["ownshipPosition"], "ownshipPosition", 2)[::-1]
     measured = _numbers(entry["measurement"], "measurement")
-    if isinstance(sensors()[index], BearingSensor):
+    if not sensors()[index].gives_position:
         bearings = list(dict.fromkeys(measured.ravel().tolist()))
         values = np.column_stack([bearings, np.full(len(bearings), np.nan)])
     else:
@@ -204,7 +223,7 @@ def _join(parts: list[_Part]) -> Recording:
     time = np.repeat([part.time for part in parts], counts)
     order = np.argsort(time, kind="stable")
     return Recording(
-        sensors(),  # type: ignore[arg-type]
+        sensors(),
         np.repeat([part.sensor for part in parts], counts)[order],
         time[order],
         np.concatenate([part.values for part in parts])[order],

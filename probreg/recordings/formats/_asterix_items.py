@@ -43,6 +43,22 @@ class Message:
     address: int | None = None
 
 
+@dataclass(frozen=True)
+class Survey:
+    """What a source sends.
+
+    Attributes
+    ----------
+    counts : dict of int to int
+        Messages by category.
+    place : tuple of float or None
+        Latitude and longitude (degrees) and height (metres) by its own messages (I034/120).
+    """
+
+    counts: dict[int, int]
+    place: tuple[float, float, float] | None
+
+
 def _number(record: Any, item: str, part: str | None = None) -> float | None:
     """Quantity of an item, or of a part of it, in the unit of the item; None if not there."""
     found = record.get_item(item)

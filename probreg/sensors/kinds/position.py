@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.sensors._kind import Kind
+from probreg.sensors._sensor import Equations, observe_position, relative
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_definite
 
@@ -30,6 +34,25 @@ class PositionSensor:
 
     noise_covariance: tuple[tuple[float, ...], ...]
     name: str = "position"
+
+    kind: ClassVar[Kind] = Kind(
+        "position",
+        ("east_m", "north_m", "up_m"),
+        {"sigma_m": "sigma"},
+        maker="independent",
+        per_axis=True,
+    )
+    position: ClassVar[None] = None
+    azimuth_column: ClassVar[int | None] = None
+    from_north: ClassVar[bool] = False
+    gives_position: ClassVar[bool] = True
+    cartesian: ClassVar[bool] = True
+
+    @classmethod
+    def independent(cls, sigma: Sequence[float], name: str = "position") -> Self:
+        """A sensor whose axes have errors of their own, of standard deviations (d,), metres."""
+        variances = np.diag(np.asarray(sigma, dtype=float) ** 2)
+        return cls(tuple(tuple(row) for row in variances.tolist()), name)
 
     def __post_init__(self) -> None:
         label = f"noise_covariance of sensor {self.name!r}"
@@ -56,6 +79,25 @@ class PositionSensor:
         return ("m",) * self.dim
 
     @property
+    def sigmas(self) -> FloatArray:
+        """Standard deviations along the axes, metres."""
+        return np.sqrt(np.diag(np.asarray(self.noise_covariance)))
+
+    @property
+    def sigma(self) -> list[float]:
+        """The same, of a sensor that they describe in full.
+
+        Raises
+        ------
+        InvalidInputError
+            Errors that correlate.
+        """
+        covariance = np.asarray(self.noise_covariance)
+        if not np.array_equal(covariance, np.diag(np.diag(covariance))):
+            raise InvalidInputError(f"errors of sensor {self.name!r} must not correlate.")
+        return self.sigmas.tolist()
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 100 m along each axis."""
         return np.full(self.dim, 100.0)
@@ -64,13 +106,22 @@ class PositionSensor:
         """Check reports (n, d) for shape and non-finite values."""
         return finite_array(f"reports of sensor {self.name!r}", reports, (None, self.dim))
 
-    def to_cartesian(self, reports: FloatArray, *, unbiased: bool = True) -> FloatArray:
+    def to_cartesian(
+        self, reports: FloatArray, own: FloatArray | None = None, *, unbiased: bool = True
+    ) -> FloatArray:
         """Return the reports: they are positions, and linear, so `unbiased` changes nothing."""
-        return np.asarray(reports, dtype=float)
+        reports = np.asarray(reports, dtype=float)
+        return reports if own is None else reports + own
 
-    def to_report(self, positions: FloatArray) -> FloatArray:
-        """Return the positions."""
-        return np.asarray(positions, dtype=float)
+    def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
+        """Return the positions, as seen from the platform."""
+        return relative(np.asarray(positions, dtype=float), own)
+
+    def observe(
+        self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None
+    ) -> Equations:
+        """Equations of the reports, linear everywhere."""
+        return observe_position(self, reports, at, own)
 
     def sensitivity(self, positions: FloatArray) -> FloatArray:
         """Derivative (n, d, d) of position by offset: the identity."""
@@ -81,7 +132,13 @@ class PositionSensor:
         shape = (*np.shape(positions), self.dim)
         return np.broadcast_to(np.asarray(self.noise_covariance, dtype=float), shape)
 
-    def sample_noise(self, rng: np.random.Generator, n: int) -> FloatArray:
-        """Draw n Gaussian report errors, shape (n, d)."""
+    def report_sd(self, reports: FloatArray) -> FloatArray:
+        """Standard deviations (n, d), the same for every report."""
+        return np.broadcast_to(self.sigmas, np.shape(reports))
+
+    def sample_noise(
+        self, rng: np.random.Generator, n: int, at: FloatArray | None = None
+    ) -> FloatArray:
+        """Draw n Gaussian report errors, shape (n, d), wherever the targets are."""
         root = np.linalg.cholesky(np.asarray(self.noise_covariance, dtype=float))
         return rng.standard_normal((n, self.dim)) @ root.T

@@ -16,43 +16,39 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
-from probreg.recordings._asterix_items import Message, messages
+from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 from probreg.recordings._slant import site, target_places
-from probreg.recordings.local_frame import LocalFrame
-from probreg.sensors import PositionSensor, Radar2D, Sensor
+from probreg.recordings.formats._asterix_items import Message, Survey, messages
+from probreg.recordings.formats._format import RecordingFormat
+from probreg.sensors import Sensor
+from probreg.sensors.frame import LocalFrame
 from probreg.typing import FloatArray
 
 NAUTICAL_MILE_M = 1_852.0
 DAY_S = 86_400.0
 FAR_OFF_M = 1_000.0  # of the place in the messages from that of the setup
-USED = {48: Radar2D, 21: PositionSensor, 62: PositionSensor}
+PLOTS, POSITIONS = (48,), (21, 62)  # categories
 
 Source = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class Survey:
-    """What a source sends.
+class Asterix(RecordingFormat):
+    """Blocks of ASTERIX one after another, of the sources that the setup names."""
 
-    Attributes
-    ----------
-    counts : dict of int to int
-        Messages by category.
-    place : tuple of float or None
-        Latitude and longitude (degrees) and height (metres) by its own messages (I034/120).
-    """
+    endings: ClassVar[tuple[str, ...]] = (".ast", ".asterix")
 
-    counts: dict[int, int]
-    place: tuple[float, float, float] | None
+    def read(self, path: Path, setup: Setup, *, trust_units: bool = False) -> Reading:
+        """Read a file; its units are fixed, so there is nothing to trust."""
+        return Reading(path, *read(path, setup, setup.asterix, setup.heights_m))
 
 
 def survey(path: str | Path) -> dict[Source, Survey]:
@@ -116,7 +112,8 @@ def read(
     parts = []
     for source, name in sources.items():
         sensor, place = setup.sensors[sensors[name]], found.get(source, Survey({}, None)).place
-        own = [m for m in every if m.source == source and USED.get(m.category) is type(sensor)]
+        used = POSITIONS if sensor.cartesian else PLOTS
+        own = [m for m in every if m.source == source and m.category in used]
         whole = [m for m in own if m.values and m.time_s is not None and m.height_m is not None]
         if not whole:
             raise InvalidInputError(f"{path} has no usable message of sensor {name!r} {source}.")
@@ -144,8 +141,8 @@ def _check(setup: Setup, sources: Mapping[Source, str], sensors: dict[str, int])
             f"sources must name each sensor of the setup {list(sensors)} once; see {strange}."
         )
     for sensor in setup.sensors:
-        north = getattr(sensor, "from_north", True)
-        if type(sensor) not in USED.values() or sensor.dim != 2 or not north:
+        plots = sensor.bias_names == ("range", "azimuth") and sensor.from_north
+        if sensor.dim != 2 or not (plots or sensor.cartesian):
             raise InvalidInputError(
                 f"sensor {sensor.name!r} must be a 2-D radar from north or a 2-D position sensor."
             )
@@ -161,13 +158,13 @@ def _values(
 ) -> tuple[FloatArray, list[str]]:
     """Reports (n, 2) of one sensor, NaN where there can be none, and notes about them."""
     given = np.array([[*m.values, m.height_m] for m in found])  # type: ignore[misc]
-    if not isinstance(sensor, Radar2D):
+    if sensor.cartesian:
         return frame.from_geodetic(given)[:, : sensor.dim], []
     notes = []
     if height is None:
         notes.append(f"the height of {sensor.name} is not given and taken as 0 m")
     if place:
-        off = np.linalg.norm(frame.from_geodetic(np.array(place))[:2] - sensor.position)
+        off = np.linalg.norm(frame.from_geodetic(np.array(place))[:2] - np.asarray(sensor.position))
         if off > FAR_OFF_M:
             notes.append(f"{sensor.name} is {off:.0f} m from where its messages have it")
     values = _flat_polar(sensor, frame, given, height or 0.0)
@@ -178,7 +175,7 @@ def _values(
 
 
 def _flat_polar(
-    sensor: Radar2D, frame: LocalFrame, given: FloatArray, height_m: float
+    sensor: Sensor, frame: LocalFrame, given: FloatArray, height_m: float
 ) -> FloatArray:
     """Range and azimuth (n, 2) in the plane of the frame, of plots (NM, degrees, height)."""
     radar = site(frame, np.asarray(sensor.position), height_m)

@@ -1,0 +1,47 @@
+"""Corrected recordings as files of the form they came in, and back."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from probreg.recordings._reading import Reading
+from probreg.recordings._recording import Recording
+from probreg.recordings._setup import Setup
+from probreg.typing import FloatArray
+
+
+def write_changed(
+    path: str | Path,
+    source: Reading,
+    setup: Setup,
+    theta: FloatArray,
+    change: Callable[[Recording, Setup, FloatArray], Recording],
+) -> None:
+    """Write a recording, corrected or restored by theta (p,), in the form it came in.
+
+    Parameters
+    ----------
+    path : str or Path
+        With the source's `changed_ending`.
+    source : Reading
+    setup : Setup
+    theta : ndarray, shape (p,)
+    change : callable
+        `correct` or `restore`.
+
+    Raises
+    ------
+    InvalidInputError
+        A source that is no longer as it was read, a path that cannot be written.
+    """
+    recording = source.recording
+    # reports carry their number through the change, which sorts them by the new time
+    numbered = dataclasses.replace(recording, target=np.arange(len(recording)), labels=())
+    moved = change(numbered, setup, theta)
+    order = moved.target
+    named = dataclasses.replace(moved, target=recording.target[order], labels=recording.labels)
+    source.write_changed(path, named, order, setup)
