@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg.estimators._estimate import Estimate
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem
 
@@ -45,11 +45,11 @@ class LeastSquares:
         UnobservableError
             Combinations that neither data nor prior determine.
         """
-        posterior = Posterior(problem, Gaussian(), prior)
-        mode = posterior.mode()
+        fit = WeightedFit(problem, Gaussian(), prior)
+        mode = fit.mode()
         return Estimate(
             mode.theta,
-            posterior.laplace_covariance(mode),
+            fit.laplace_covariance(mode),
             mode.weights,
             None,
             mode.converged,

@@ -22,8 +22,8 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
-from probreg.posterior.reweighting import spd_inverse
+from probreg.numerics.linalg import spd_inverse
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem, Whitened
 from probreg.typing import IntArray
@@ -96,10 +96,10 @@ class Lms:
             The data do not determine every combination.
         """
         refuse_prior(prior, "Lms")
-        search = partial(self._search, Posterior(problem, Gaussian()))
+        search = partial(self._search, WeightedFit(problem, Gaussian()))
         return search_subsets(problem, self.subsets, rng, search)
 
-    def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
+    def _search(self, fit: WeightedFit, rows: Whitened, chosen: IntArray) -> Estimate:
         p = rows.A.shape[2]
         candidates = subset_solutions(rows, chosen)
         # rows of different length are brought to one scale by the medians of their laws
@@ -118,13 +118,13 @@ class Lms:
         weights = unit_weights(rows, keep, self.unit)
         theta, covariance = raw, None
         if self.reweighted:
-            theta = posterior.solve(rows, weights)
-            covariance = scale2 * spd_inverse(posterior.normal_matrix(rows, weights))
+            theta = fit.solve(rows, weights)
+            covariance = scale2 * spd_inverse(fit.normal_matrix(rows, weights))
         info = {
             "raw": raw,
             "scale": float(np.sqrt(scale2)),
             "median": float(np.median(d2)),
             "kept": int(keep.sum()),
         }
-        names, units = posterior.names, posterior.units
+        names, units = fit.problem.names, fit.problem.units
         return Estimate(theta, covariance, weights, None, True, info, names, units)

@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from probreg.noise._checks import above_zero
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._law import Size
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.typing import FloatArray
 

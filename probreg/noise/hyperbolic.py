@@ -9,8 +9,9 @@ import numpy as np
 from scipy.special import kve
 
 from probreg.errors import InvalidInputError
+from probreg.noise._checks import above_zero
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._law import Size
 from probreg.noise._radial import on_sphere, truncated_chi, truncated_gamma
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.typing import FloatArray

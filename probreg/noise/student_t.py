@@ -9,8 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaln, digamma, gammaln
 
+from probreg.noise._checks import above_zero
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._law import Size
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray

@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from probreg.noise._checks import above_zero
 from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import NoiseLaw, above_zero
+from probreg.noise._law import NoiseLaw
 from probreg.typing import FloatArray
 
 

@@ -201,5 +201,5 @@ def test_settings_are_checked():
 
 
 def test_other_problems_are_refused():
-    with pytest.raises(InvalidInputError, match="takes a BearingProblem, not a Registration"):
+    with pytest.raises(InvalidInputError, match="takes a BearingProblem, not a LinearProblem"):
         ExtendedKalman().estimate(linear_problem(1).problem)

@@ -192,7 +192,7 @@ def test_settings_are_checked():
 
 @pytest.mark.parametrize("estimator", [RecursiveTls(), TotalLeastSquares()])
 def test_other_problems_and_priors_are_refused(estimator):
-    with pytest.raises(InvalidInputError, match="takes a BearingProblem, not a Registration"):
+    with pytest.raises(InvalidInputError, match="takes a BearingProblem, not a LinearProblem"):
         estimator.estimate(linear_problem(1).problem)
     with pytest.raises(InvalidInputError, match="takes no prior"):
         estimator.estimate(scene()[0], GaussianPrior.from_sd(np.ones(2)))
