@@ -15,8 +15,9 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 """
 
 from probreg.noise._checks import require_law, require_scalar_law
-from probreg.noise._compiled import apply_same, compile_scalar
+from probreg.noise._compiled import CompiledLaw, apply_same, compile_scalar
 from probreg.noise._law import NoiseLaw, per_component
+from probreg.noise._rejection import RejectionRule
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
@@ -28,6 +29,7 @@ from probreg.noise.student_t import StudentT
 from probreg.noise.tukey import Tukey
 
 __all__ = [
+    "CompiledLaw",
     "Contaminated",
     "Gaussian",
     "HardReject",
@@ -35,6 +37,7 @@ __all__ = [
     "Hyperbolic",
     "Igg3",
     "NoiseLaw",
+    "RejectionRule",
     "ScaleMixture",
     "StudentT",
     "Tukey",

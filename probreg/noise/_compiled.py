@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -14,6 +14,23 @@ from probreg.typing import FloatArray
 WeightFunction = Callable[[float, float, FloatArray], float]
 KernelFunction = Callable[[Any, Any, Any], Any]
 _SIGNATURE = "float64(float64, float64, float64[::1])"
+
+
+class CompiledLaw(NamedTuple):
+    """A weight or log kernel as compiled loops take it.
+
+    Attributes
+    ----------
+    function : callable
+        Compiled, of (d2, m, params).
+    params : ndarray
+    unit : float
+        Residuals are divided by it first.
+    """
+
+    function: Any
+    params: FloatArray
+    unit: float
 
 
 @cache
