@@ -58,23 +58,8 @@ class Irls:
     ) -> Estimate:
         """Reweight to convergence.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-        rng : numpy.random.Generator, optional
-            Passed to `start`.
-
-        Returns
-        -------
-        Estimate
-            `info`: iterations, relinearisations, and "laplace_covariance", the covariance if
-            the law is right (None where the loss is not curved in every direction).
-
-        Raises
-        ------
-        UnobservableError
-            Combinations that neither data nor prior determine, or too many rows rejected.
+        `info`: "iterations", "relinearisations" and "laplace_covariance", the covariance if the
+        law is right (None where the loss is not curved in every direction).
         """
         fit = WeightedFit(problem, self.noise, prior)
         at = None
@@ -93,12 +78,12 @@ class Irls:
             "laplace_covariance": laplace,
         }
         return Estimate(
-            mode.theta,
-            sandwich,
-            mode.weights,
-            None,
-            mode.converged,
-            info,
-            problem.names,
-            problem.units,
+            theta=mode.theta,
+            covariance=sandwich,
+            weights=mode.weights,
+            path=None,
+            converged=mode.converged,
+            info=info,
+            names=problem.names,
+            units=problem.units,
         )

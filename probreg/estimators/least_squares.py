@@ -26,34 +26,16 @@ class LeastSquares:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Solve the normal equations.
-
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-        rng : numpy.random.Generator, optional
-            Not used; the method is deterministic.
-
-        Returns
-        -------
-        Estimate
-            `info`: iterations, relinearisations.
-
-        Raises
-        ------
-        UnobservableError
-            Combinations that neither data nor prior determine.
-        """
+        """Solve the normal equations; `info`: "iterations", "relinearisations"."""
         fit = WeightedFit(problem, Gaussian(), prior)
         mode = fit.mode()
         return Estimate(
-            mode.theta,
-            fit.laplace_covariance(mode),
-            mode.weights,
-            None,
-            mode.converged,
-            {"iterations": mode.iterations, "relinearisations": mode.relinearisations},
-            problem.names,
-            problem.units,
+            theta=mode.theta,
+            covariance=fit.laplace_covariance(mode),
+            weights=mode.weights,
+            path=None,
+            converged=mode.converged,
+            info={"iterations": mode.iterations, "relinearisations": mode.relinearisations},
+            names=problem.names,
+            units=problem.units,
         )

@@ -74,26 +74,10 @@ class Lms:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Search the subsets; a nonlinear problem is linearised at zero and at the result.
+        """Search the subsets; a nonlinear problem is linearised at its start and at the result.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Draws the subsets; needed where there are more than `subsets` of them.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for rows kept and 0 for rows rejected; `info`: "raw", "scale",
-            "median", "kept".
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        A generator is needed where there are more than `subsets` subsets. `weights` are 1 for
+        rows kept and 0 for rows rejected; `info`: "raw", "scale", "median", "kept".
         """
         refuse_prior(prior, "Lms")
         search = partial(self._search, WeightedFit(problem, Gaussian()))
@@ -126,5 +110,13 @@ class Lms:
             "median": float(np.median(d2)),
             "kept": int(keep.sum()),
         }
-        names, units = fit.problem.names, fit.problem.units
-        return Estimate(theta, covariance, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=covariance,
+            weights=weights,
+            path=None,
+            converged=True,
+            info=info,
+            names=fit.problem.names,
+            units=fit.problem.units,
+        )

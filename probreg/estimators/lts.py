@@ -81,26 +81,11 @@ class Lts:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Search the subsets; a nonlinear problem is linearised at zero and at the result.
+        """Search the subsets; a nonlinear problem is linearised at its start and at the result.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Draws the subsets; needed where there are more than `subsets` of them.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for residuals in the sum; `info`: "objective" (the trimmed sum) and
-            "trimmed_rms" (its root mean square, not made consistent for Gaussian noise).
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        A generator is needed where there are more than `subsets` subsets. `weights` are 1 for
+        residuals in the sum; `info`: "objective" (the trimmed sum) and "trimmed_rms" (its root
+        mean square, not made consistent for Gaussian noise).
         """
         refuse_prior(prior, "Lts")
         search = partial(self._search, WeightedFit(problem, Gaussian()))
@@ -122,9 +107,16 @@ class Lts:
             "objective": objective,
             "trimmed_rms": float(np.sqrt(objective / (kept * self._components(rows)))),
         }
-        weights = unit_weights(rows, keep, self.unit)
-        names, units = fit.problem.names, fit.problem.units
-        return Estimate(theta, None, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=None,
+            weights=unit_weights(rows, keep, self.unit),
+            path=None,
+            converged=True,
+            info=info,
+            names=fit.problem.names,
+            units=fit.problem.units,
+        )
 
     def _kept(self, residuals: int) -> int:
         return max(1, int(np.floor(self.coverage * residuals)))

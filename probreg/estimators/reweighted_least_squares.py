@@ -63,25 +63,9 @@ class ReweightedLeastSquares:
     ) -> Estimate:
         """Fit, reject, refit; a nonlinear problem is re-linearised with the same rows kept.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Passed to the start.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for what was kept. `info`: "start" (its theta), "trimmed_rms",
-            "kept", and "fallback", True where too little was left to determine the unknowns
-            and theta is that of the start.
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        `weights` are 1 for what was kept. `info`: "start" (its theta), "trimmed_rms", "kept",
+        and "fallback", True where too little was left to determine the unknowns and theta is
+        that of the start.
         """
         refuse_prior(prior, "ReweightedLeastSquares")
         fit = WeightedFit(problem, Gaussian())
@@ -100,8 +84,16 @@ class ReweightedLeastSquares:
         except UnobservableError:
             theta, fallback = first.theta, True
         info["fallback"] = fallback
-        names, units = problem.names, problem.units
-        return Estimate(theta, covariance, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=covariance,
+            weights=weights,
+            path=None,
+            converged=True,
+            info=info,
+            names=problem.names,
+            units=problem.units,
+        )
 
     def _refit(
         self, problem: Problem, fit: WeightedFit, theta: FloatArray, weights: FloatArray

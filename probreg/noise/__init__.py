@@ -15,7 +15,7 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 """
 
 from probreg.noise._checks import require_law, require_scalar_law
-from probreg.noise._compiled import CompiledLaw, apply_same, compile_scalar
+from probreg.noise._compiled import LawNumbers, apply_same, compile_scalar
 from probreg.noise._law import NoiseLaw, per_component
 from probreg.noise._rejection import RejectionRule
 from probreg.noise._scale_mixture import ScaleMixture
@@ -29,13 +29,13 @@ from probreg.noise.student_t import StudentT
 from probreg.noise.tukey import Tukey
 
 __all__ = [
-    "CompiledLaw",
     "Contaminated",
     "Gaussian",
     "HardReject",
     "Huber",
     "Hyperbolic",
     "Igg3",
+    "LawNumbers",
     "NoiseLaw",
     "RejectionRule",
     "ScaleMixture",

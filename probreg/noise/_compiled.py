@@ -16,19 +16,16 @@ KernelFunction = Callable[[Any, Any, Any], Any]
 _SIGNATURE = "float64(float64, float64, float64[::1])"
 
 
-class CompiledLaw(NamedTuple):
-    """A weight or log kernel as compiled loops take it.
+class LawNumbers(NamedTuple):
+    """Numbers of a law as compiled loops take them, beside its weight or log kernel.
 
     Attributes
     ----------
-    function : callable
-        Compiled, of (d2, m, params).
     params : ndarray
     unit : float
         Residuals are divided by it first.
     """
 
-    function: Any
     params: FloatArray
     unit: float
 

@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.noise._compiled import CompiledLaw, apply_each, apply_same, compile_scalar
+from probreg.noise._compiled import LawNumbers, apply_each, apply_same, compile_scalar
 from probreg.noise._radial import radial_integral
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray, IntArray
@@ -133,14 +133,19 @@ class NoiseLaw(ABC):
         return np.array(self.params or (0.0,), dtype=float)
 
     @property
-    def compiled_weight(self) -> CompiledLaw:
-        """The weight as compiled loops take it, for laws of one number a parameter."""
-        return CompiledLaw(compile_scalar(self.weight_function), self.constants, float(self.unit))
+    def numbers(self) -> LawNumbers:
+        """Parameters and unit as compiled loops take them, for laws of one number each."""
+        return LawNumbers(self.constants, float(self.unit))
 
     @property
-    def compiled_kernel(self) -> CompiledLaw:
-        """The log kernel as compiled loops take it, for laws of one number a parameter."""
-        return CompiledLaw(compile_scalar(self.kernel_function), self.constants, float(self.unit))
+    def compiled_weight(self) -> Any:
+        """`weight_function` in machine code, for compiled loops."""
+        return compile_scalar(self.weight_function)
+
+    @property
+    def compiled_kernel(self) -> Any:
+        """`kernel_function` in machine code, for compiled loops."""
+        return compile_scalar(self.kernel_function)
 
     def squared_norm(self, v: FloatArray, m: Size | None = None) -> tuple[FloatArray, Size]:
         """Squared scaled residuals the law acts on, and their dimension.
@@ -268,7 +273,7 @@ class NoiseLaw(ABC):
 
     def unit_weight(self, d2: FloatArray, m: Size) -> FloatArray:
         """Weights at unit scale of squared norms in m dimensions, by the compiled function."""
-        weight = compile_scalar(self.weight_function)
+        weight = self.compiled_weight
         if np.ndim(m) == 0 and not any(np.ndim(value) for value in self.params):
             flat = np.ascontiguousarray(d2, dtype=float).ravel()
             return apply_same(weight, flat, float(m), self.constants).reshape(np.shape(d2))
