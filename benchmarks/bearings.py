@@ -45,6 +45,7 @@ METHODS: dict[str, Estimator] = {
 COMPILED = (
     (extended_kalman, "filter_bearings"),
     (_bearing_filter, "_predict"),
+    (_bearing_filter, "_repeat"),
     (_bearing_filter, "_update"),
     (recursive_tls, "follow_lines"),
     (_tls_recursion, "_add"),

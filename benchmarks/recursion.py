@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from probreg import ReportProblem
 from probreg.estimators import Recursive
-from probreg.estimators._recursion import Drift, recurse
+from probreg.estimators._recursion import Drift, Rows, State, Written, recurse
 from probreg.noise import (
     Contaminated,
     Gaussian,
@@ -22,7 +22,6 @@ from probreg.noise import (
     Hyperbolic,
     NoiseLaw,
     StudentT,
-    compile_scalar,
 )
 from probreg.problems.linear import LinearProblem
 from probreg.scenarios.ralad import CASES, simulate
@@ -58,18 +57,16 @@ def plain_numpy(problem: LinearProblem, law: NoiseLaw) -> np.ndarray:
 def compiled_only(problem: LinearProblem, law: NoiseLaw) -> Callable[[], None]:
     """The loop alone, its inputs ready: what the paper's Table 6 times."""
     unit = np.array([1.0, 1e-3, 1e-3] * 2)
-    rows = problem.whitened()
-    n = len(rows.v)
-    A = np.ascontiguousarray(rows.A * unit)
-    weights, path, none = np.empty((n, 3)), np.empty((n, 6)), np.empty((0, 6, 6))
-    params = law.constants
-    weight = compile_scalar(type(law).weight_function)
+    white = problem.whitened()
+    n = len(white.v)
+    rows = Rows(white.v, np.ascontiguousarray(white.A * unit), white.size)
+    written = Written(np.empty((n, 3)), np.empty((n, 6)), np.empty((0, 6, 6)))
+    weight, numbers = law.compiled_weight, law.numbers
     still = Drift(np.full(n, -1), np.empty((0, 6, 6)), np.empty((0, 6, 6)), 1.0)
 
     def run() -> None:
-        theta, root = np.zeros(6), 1e3 * np.eye(6)
-        recurse(rows.v, A, rows.size, weight, params, 1.0, law.componentwise, still,
-                theta, root, weights, path, none)  # fmt: skip
+        state = State(np.zeros(6), 1e3 * np.eye(6))
+        recurse(rows, weight, numbers, law.componentwise, still, state, written)
 
     return run
 

@@ -67,6 +67,21 @@ def test_computing_never_plots_and_studies_stay_outside(path):
     assert not {name.split(".")[0] for name in imported(path)} & forbidden
 
 
+def test_no_module_comes_back_to_itself():
+    """Circles are found whatever the way of importing: at the top, in a function, for types."""
+    names = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path
+             for path in modules()}  # fmt: skip
+    below = {name: {n for n in imported(path) if n in names} for name, path in names.items()}
+
+    def reached(name, seen):
+        for other in below[name] - seen:
+            seen.add(other)
+            reached(other, seen)
+        return seen
+
+    assert not [name for name in below if name in reached(name, set())]
+
+
 def test_a_module_with_two_public_classes_is_found_out(tmp_path, monkeypatch):
     package = tmp_path / "crowded"
     package.mkdir()

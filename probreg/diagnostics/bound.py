@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import Gaussian, NoiseLaw
-from probreg.posterior.reweighting import spd_inverse
+from probreg.numerics.linalg import spd_inverse
 from probreg.problems.linear import LinearProblem, Problem
 from probreg.typing import FloatArray
 

@@ -58,7 +58,11 @@ class Estimate:
 
 
 class Estimator(Protocol):
-    """What a study or a conformance test asks of an estimator."""
+    """What a study or a conformance test asks of an estimator: settings and one method.
+
+    Two class attributes say what a method does not take: `problem_type`, the one kind of
+    problem that it is for, and `takes_prior = False`.
+    """
 
     def estimate(
         self,
@@ -66,7 +70,35 @@ class Estimator(Protocol):
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Estimate the unknowns of a problem."""
+        """Estimate the unknowns of a problem.
+
+        This is the contract of every estimator; the docstring of a method says what differs
+        and what its `info` holds.
+
+        Parameters
+        ----------
+        problem : Problem
+            Linear, or nonlinear and then linearised anew as the estimate moves.
+        prior : GaussianPrior, optional
+            On the unknowns; flat by default. Refused by methods that have no place for one.
+        rng : numpy.random.Generator, optional
+            Draws what a method draws at random and is passed on to its start; deterministic
+            methods do not use it. The same generator gives the same estimate.
+
+        Returns
+        -------
+        Estimate
+            With the problem's names and units.
+
+        Raises
+        ------
+        UnobservableError
+            Combinations of unknowns that neither data nor prior determine, by name; or so many
+            rows rejected that those left determine nothing.
+        InvalidInputError
+            A problem of another kind, a prior that does not fit or is refused, too few rows, no
+            generator where one is needed.
+        """
 
 
 def in_rows(values: FloatArray, order: IntArray) -> FloatArray:

@@ -13,7 +13,24 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from probreg.noise import LawNumbers
 from probreg.typing import FloatArray, IntArray
+
+
+class Rows(NamedTuple):
+    """Whitened rows in the order in which they are taken.
+
+    Attributes
+    ----------
+    v : ndarray, shape (n, M)
+    A : ndarray, shape (n, M, p)
+    size : ndarray of int, shape (n,)
+        Real components of each row.
+    """
+
+    v: FloatArray
+    A: FloatArray
+    size: IntArray
 
 
 class Drift(NamedTuple):
@@ -35,52 +52,70 @@ class Drift(NamedTuple):
     grow: float
 
 
+class State(NamedTuple):
+    """The estimate (p,) and a square root (p, p) of its covariance; changed in place."""
+
+    theta: FloatArray
+    S: FloatArray
+
+
+class Written(NamedTuple):
+    """What each row leaves: the recursion fills these arrays.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (n, M)
+    path : ndarray, shape (n, p)
+        The estimate after each row.
+    covariances : ndarray, shape (n, p, p) or (0, p, p)
+        P after each row, where there is room for it.
+    """
+
+    weights: FloatArray
+    path: FloatArray
+    covariances: FloatArray
+
+
 @numba.njit(cache=True)
 def recurse(
-    v: FloatArray,
-    A: FloatArray,
-    size: IntArray,
+    rows: Rows,
     weight: Any,
-    params: FloatArray,
-    unit: float,
+    law: LawNumbers,
     componentwise: bool,
     drift: Drift,
-    theta: FloatArray,
-    S: FloatArray,
-    weights: FloatArray,
-    path: FloatArray,
-    covariances: FloatArray,
+    state: State,
+    written: Written,
 ) -> None:
-    """Run through whitened rows v (n, M), A (n, M, p), changing theta (p,) and S (p, p).
-
-    Writes the weights (n, M), the estimate after each row into path (n, p), and P after
-    each row into covariances (n, p, p), or nothing if that has length 0.
-    """
+    """Run through whitened rows, changing the state and filling what is written."""
+    v, A = rows.v, rows.A
+    theta, S, weights = state.theta, state.S, written.weights
     n, _, p = A.shape
-    inverse_unit2 = 1.0 / (unit * unit)
+    inverse_unit2 = 1.0 / (law.unit * law.unit)
     f = np.empty(p, dtype=v.dtype)
     g = np.empty(p, dtype=v.dtype)
     for i in range(n):
         if drift.at[i] >= 0:
             _move(drift.F[drift.at[i]], drift.roots[drift.at[i]], drift.grow, theta, S)
+        size = rows.size[i]
         d2 = 0.0
-        for c in range(size[i]):
+        for c in range(size):
             e = v[i, c]
             for k in range(p):
                 e -= A[i, c, k] * theta[k]
             if componentwise:
-                weights[i, c] = weight(e * e * inverse_unit2, 1.0, params) * inverse_unit2
+                w = weight(e * e * inverse_unit2, 1.0, law.params) * inverse_unit2
+                weights[i, c] = w
             d2 += e * e
         if not componentwise:
-            w = weight(d2 * inverse_unit2, float(size[i]), params) * inverse_unit2
-            for c in range(size[i]):
+            w = weight(d2 * inverse_unit2, float(size), law.params) * inverse_unit2
+            for c in range(size):
                 weights[i, c] = w
-        for c in range(size[i]):
+        for c in range(size):
             if weights[i, c] > 0.0:
-                _scalar_update(v[i, c], A[i, c], 1.0 / weights[i, c], theta, S, f, g)
-        path[i] = theta
-        if covariances.shape[0] > 0:
-            covariances[i] = S @ S.T
+                _scalar_update(v[i, c], A[i, c], 1.0 / weights[i, c], state, f, g)
+        written.path[i] = theta
+        if written.covariances.shape[0] > 0:
+            written.covariances[i] = S @ S.T
 
 
 @numba.njit(cache=True)
@@ -96,14 +131,9 @@ def _move(F: FloatArray, root: FloatArray, grow: float, theta: FloatArray, S: Fl
 
 @numba.njit(cache=True)
 def _scalar_update(
-    z: float,
-    a: FloatArray,
-    variance: float,
-    theta: FloatArray,
-    S: FloatArray,
-    f: FloatArray,
-    g: FloatArray,
+    z: float, a: FloatArray, variance: float, state: State, f: FloatArray, g: FloatArray
 ) -> None:
+    theta, S = state
     p = theta.size
     e = z
     total = variance

@@ -2,52 +2,71 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
+from probreg.noise import LawNumbers
 from probreg.typing import FloatArray
+
+
+class Lines(NamedTuple):
+    """Lines of sight in the order in which they are taken.
+
+    Attributes
+    ----------
+    d : ndarray, shape (n, 3)
+        Augmented lines (H, Z).
+    own : ndarray, shape (n, 2)
+        Where each was seen from.
+    sigma : ndarray, shape (n,)
+        Of the bearings, radians.
+    trust : ndarray, shape (n,)
+        Known weights.
+    """
+
+    d: FloatArray
+    own: FloatArray
+    sigma: FloatArray
+    trust: FloatArray
 
 
 @numba.njit(cache=True)
 def follow_lines(
-    d: FloatArray,
-    own: FloatArray,
-    sigma: FloatArray,
-    trust: FloatArray,
+    lines: Lines,
     weight: Any,
-    params: FloatArray,
-    unit: float,
+    law: LawNumbers,
     reject_above: float,
     S: FloatArray,
     v: FloatArray,
     weights: FloatArray,
     path: FloatArray,
 ) -> None:
-    """Run through augmented lines d (n, 3) = (H, Z), changing S (3, 3) and v (3,).
+    """Run through lines of sight, changing S (3, 3) and v (3,).
 
     S is the inverse of the paper's P: by the inversion lemma S + w d d' is what its (16)
     does to P, and solving with S is the power step, without the cancellation in P.
-    Each line has a known weight `trust` (n,), multiplied by that of its residual under a
-    trial update. Writes these products and the position after each line, (n, 2).
+    A line's known weight is multiplied by that of its residual under a trial update. Writes
+    these products (n,) and the position after each line, (n, 2).
     """
-    inverse_unit2 = 1.0 / (unit * unit)
+    inverse_unit2 = 1.0 / (law.unit * law.unit)
     trial, step = np.empty((3, 3)), np.empty(3)
-    for i in range(d.shape[0]):
-        _add(S, d[i], trust[i], trial)
+    d, own = lines.d, lines.own
+    for i in range(lines.d.shape[0]):
+        _add(S, d[i], lines.trust[i], trial)
         _power_step(trial, v, step)
         x, y = -step[0] / step[2], -step[1] / step[2]
         left = d[i, 0] * x + d[i, 1] * y - d[i, 2]
-        spread = sigma[i] * np.hypot(x - own[i, 0], y - own[i, 1])
+        spread = lines.sigma[i] * np.hypot(x - own[i, 0], y - own[i, 1])
         w = 1.0
         # with one line the trial lies on it, or on the own position: nothing to judge by
         if spread > 0.0 and np.isfinite(spread):
             u2 = left * left / (spread * spread)
-            w = weight(u2 * inverse_unit2, 1.0, params) * inverse_unit2
+            w = weight(u2 * inverse_unit2, 1.0, law.params) * inverse_unit2
             if u2 > reject_above * reject_above:
                 w = 0.0
-        weights[i] = w * trust[i]
+        weights[i] = w * lines.trust[i]
         _add(S, d[i], weights[i], S)
         _power_step(S, v, v)
         path[i, 0], path[i, 1] = -v[0] / v[2], -v[1] / v[2]

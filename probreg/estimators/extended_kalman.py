@@ -8,10 +8,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.estimators._bearing_filter import STATES, filter_bearings
+from probreg.estimators._bearing_filter import (
+    STATES,
+    Bearings,
+    Repeats,
+    Taken,
+    filter_bearings,
+)
 from probreg.estimators._bearings import in_time, require_bearings, take_first
 from probreg.estimators._estimate import Estimate, in_rows
-from probreg.noise import Gaussian, NoiseLaw, compile_scalar, require_scalar_law
+from probreg.noise import Gaussian, NoiseLaw, require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problems.bearings import BearingProblem
 from probreg.problems.linear import Problem
@@ -98,28 +104,16 @@ class ExtendedKalman:
     ) -> Estimate:
         """Filter the bearings in order of time (in row order where there is none).
 
-        Parameters
-        ----------
-        problem : BearingProblem
-        prior : GaussianPrior, optional
-            Start of the filter; needed where the sensor's bearing bias is unknown.
-        rng : numpy.random.Generator, optional
-            Not used; the method is deterministic.
-
-        Returns
-        -------
-        Estimate
-            `path` follows the order in which bearings were taken, `info["order"]`; it is NaN
-            until there is a start. `weights` of the start's bearings are 1. `info["passes"]`
-            counts repeated updates for each filtered bearing, `info["rejected"]` bearings of
-            weight zero, `info["start"]` is where the filter started.
+        The prior is the start of the filter; it is needed where the sensor's bearing bias is
+        unknown. `path` follows the order in which bearings were taken, `info["order"]`; it is
+        NaN until there is a start. `weights` of the start's bearings are 1. `info["passes"]`
+        counts repeated updates for each filtered bearing, `info["rejected"]` bearings of weight
+        zero, `info["start"]` is where the filter started.
 
         Raises
         ------
-        UnobservableError
-            The bearings, or those of the start, do not determine the position.
         InvalidInputError
-            Not a BearingProblem; the emitter came to lie on the own position.
+            Also where the emitter came to lie on the own position.
         """
         bearings, order = in_time(require_bearings(problem, type(self).__name__))
         x, P, used = self._start(bearings, prior)
@@ -128,9 +122,16 @@ class ExtendedKalman:
         info: dict[str, Any] = {"order": order, "start": x[kept].copy(), "first": first}
         weights, info["passes"], path = self._filter(bearings, x, P, first)
         info["rejected"] = self._count_rejected(weights[first:])
-        cov, own = P[np.ix_(kept, kept)], in_rows(weights, order)
-        names, units = bearings.names, bearings.units
-        return Estimate(x[kept], cov, own, path[:, kept], True, info, names, units)
+        return Estimate(
+            theta=x[kept],
+            covariance=P[np.ix_(kept, kept)],
+            weights=in_rows(weights, order),
+            path=path[:, kept],
+            converged=True,
+            info=info,
+            names=bearings.names,
+            units=bearings.units,
+        )
 
     def _first(self, used: int, n: int) -> int:
         """Number of the first bearing to filter, of n, where the start took `used`."""
@@ -151,23 +152,20 @@ class ExtendedKalman:
         if first:
             path[first - 1] = x
         lost = filter_bearings(
-            bearings.azimuth[first:],
-            bearings.own_position[first:],
-            bearings.sigma[first:],
-            self._intervals(bearings)[first:],
-            bearings.sign,
-            compile_scalar(type(self.noise).weight_function),
-            self.noise.constants,
-            float(self.noise.unit),
+            Bearings(
+                bearings.azimuth[first:],
+                bearings.own_position[first:],
+                bearings.sigma[first:],
+                self._intervals(bearings)[first:],
+                bearings.sign,
+            ),
+            self.noise.compiled_weight,
+            self.noise.numbers,
+            Repeats(self._gate(), self.max_passes, float(self.tolerance)),
             float(self.acceleration),
-            self._gate(),
-            self.max_passes,
-            float(self.tolerance),
             x,
             P,
-            weights[first:],
-            passes[first:],
-            path[first:],
+            Taken(weights[first:], passes[first:], path[first:]),
         )
         if lost >= 0 or not np.isfinite(x).all():
             raise InvalidInputError(

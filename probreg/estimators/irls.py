@@ -9,8 +9,8 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.estimators._estimate import Estimate, Estimator
-from probreg.noise import Hyperbolic, NoiseLaw
-from probreg.posterior.posterior import Posterior
+from probreg.noise import Hyperbolic, NoiseLaw, require_scalar_law
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
@@ -35,12 +35,20 @@ class Irls:
         Limit on reweightings at one linearisation.
     tolerance : float
         Largest last step, in standard deviations of the estimate.
+
+    Raises
+    ------
+    InvalidInputError
+        A law with array parameters.
     """
 
     noise: NoiseLaw = field(default_factory=Hyperbolic)
     start: Estimator | None = None
     max_iterations: int = 500
     tolerance: float = 1e-8
+
+    def __post_init__(self) -> None:
+        require_scalar_law(self.noise)
 
     def estimate(
         self,
@@ -50,47 +58,32 @@ class Irls:
     ) -> Estimate:
         """Reweight to convergence.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-        rng : numpy.random.Generator, optional
-            Passed to `start`.
-
-        Returns
-        -------
-        Estimate
-            `info`: iterations, relinearisations, and "laplace_covariance", the covariance if
-            the law is right (None where the loss is not curved in every direction).
-
-        Raises
-        ------
-        UnobservableError
-            Combinations that neither data nor prior determine, or too many rows rejected.
+        `info`: "iterations", "relinearisations" and "laplace_covariance", the covariance if the
+        law is right (None where the loss is not curved in every direction).
         """
-        posterior = Posterior(problem, self.noise, prior)
+        fit = WeightedFit(problem, self.noise, prior)
         at = None
         if self.start is not None:
             known = prior if getattr(self.start, "takes_prior", True) else None
             at = self.start.estimate(problem, known, rng).theta
-        mode = posterior.mode(at, self.max_iterations, self.tolerance)
+        mode = fit.mode(at, self.max_iterations, self.tolerance)
         laplace: FloatArray | None = None
         sandwich: FloatArray | None = None
         with suppress(InvalidInputError):  # a loss not curved in every direction claims nothing
-            laplace = posterior.laplace_covariance(mode)
-            sandwich = posterior.sandwich_covariance(mode)
+            laplace = fit.laplace_covariance(mode)
+            sandwich = fit.sandwich_covariance(mode)
         info = {
             "iterations": mode.iterations,
             "relinearisations": mode.relinearisations,
             "laplace_covariance": laplace,
         }
         return Estimate(
-            mode.theta,
-            sandwich,
-            mode.weights,
-            None,
-            mode.converged,
-            info,
-            problem.names,
-            problem.units,
+            theta=mode.theta,
+            covariance=sandwich,
+            weights=mode.weights,
+            path=None,
+            converged=mode.converged,
+            info=info,
+            names=problem.names,
+            units=problem.units,
         )

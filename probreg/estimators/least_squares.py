@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg.estimators._estimate import Estimate
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem
 
@@ -26,34 +26,16 @@ class LeastSquares:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Solve the normal equations.
-
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-        rng : numpy.random.Generator, optional
-            Not used; the method is deterministic.
-
-        Returns
-        -------
-        Estimate
-            `info`: iterations, relinearisations.
-
-        Raises
-        ------
-        UnobservableError
-            Combinations that neither data nor prior determine.
-        """
-        posterior = Posterior(problem, Gaussian(), prior)
-        mode = posterior.mode()
+        """Solve the normal equations; `info`: "iterations", "relinearisations"."""
+        fit = WeightedFit(problem, Gaussian(), prior)
+        mode = fit.mode()
         return Estimate(
-            mode.theta,
-            posterior.laplace_covariance(mode),
-            mode.weights,
-            None,
-            mode.converged,
-            {"iterations": mode.iterations, "relinearisations": mode.relinearisations},
-            problem.names,
-            problem.units,
+            theta=mode.theta,
+            covariance=fit.laplace_covariance(mode),
+            weights=mode.weights,
+            path=None,
+            converged=mode.converged,
+            info={"iterations": mode.iterations, "relinearisations": mode.relinearisations},
+            names=problem.names,
+            units=problem.units,
         )

@@ -47,18 +47,6 @@ class LinesOfSight:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Estimate the position; returns and errors are those of the estimator.
-
-        Parameters
-        ----------
-        problem : BearingProblem
-        prior : GaussianPrior, optional
-        rng : numpy.random.Generator, optional
-
-        Raises
-        ------
-        InvalidInputError
-            Not a BearingProblem, or one with a bearing bias.
-        """
+        """Estimate the position from the lines of sight, as the estimator does."""
         bearings = require_bearings(problem, type(self).__name__)
         return self.estimator.estimate(bearings.lines(self.spread), prior, rng)

@@ -22,8 +22,8 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
-from probreg.posterior.reweighting import spd_inverse
+from probreg.numerics.linalg import spd_inverse
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem, Whitened
 from probreg.typing import IntArray
@@ -74,32 +74,16 @@ class Lms:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Search the subsets; a nonlinear problem is linearised at zero and at the result.
+        """Search the subsets; a nonlinear problem is linearised at its start and at the result.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Draws the subsets; needed where there are more than `subsets` of them.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for rows kept and 0 for rows rejected; `info`: "raw", "scale",
-            "median", "kept".
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        A generator is needed where there are more than `subsets` subsets. `weights` are 1 for
+        rows kept and 0 for rows rejected; `info`: "raw", "scale", "median", "kept".
         """
         refuse_prior(prior, "Lms")
-        search = partial(self._search, Posterior(problem, Gaussian()))
+        search = partial(self._search, WeightedFit(problem, Gaussian()))
         return search_subsets(problem, self.subsets, rng, search)
 
-    def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
+    def _search(self, fit: WeightedFit, rows: Whitened, chosen: IntArray) -> Estimate:
         p = rows.A.shape[2]
         candidates = subset_solutions(rows, chosen)
         # rows of different length are brought to one scale by the medians of their laws
@@ -118,13 +102,21 @@ class Lms:
         weights = unit_weights(rows, keep, self.unit)
         theta, covariance = raw, None
         if self.reweighted:
-            theta = posterior.solve(rows, weights)
-            covariance = scale2 * spd_inverse(posterior.normal_matrix(rows, weights))
+            theta = fit.solve(rows, weights)
+            covariance = scale2 * spd_inverse(fit.normal_matrix(rows, weights))
         info = {
             "raw": raw,
             "scale": float(np.sqrt(scale2)),
             "median": float(np.median(d2)),
             "kept": int(keep.sum()),
         }
-        names, units = posterior.names, posterior.units
-        return Estimate(theta, covariance, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=covariance,
+            weights=weights,
+            path=None,
+            converged=True,
+            info=info,
+            names=fit.problem.names,
+            units=fit.problem.units,
+        )

@@ -22,7 +22,7 @@ from probreg.estimators._subsets import (
     unit_weights,
 )
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem, Whitened
 from probreg.typing import FloatArray, IntArray
@@ -81,38 +81,23 @@ class Lts:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Search the subsets; a nonlinear problem is linearised at zero and at the result.
+        """Search the subsets; a nonlinear problem is linearised at its start and at the result.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Draws the subsets; needed where there are more than `subsets` of them.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for residuals in the sum; `info`: "objective" (the trimmed sum) and
-            "trimmed_rms" (its root mean square, not made consistent for Gaussian noise).
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        A generator is needed where there are more than `subsets` subsets. `weights` are 1 for
+        residuals in the sum; `info`: "objective" (the trimmed sum) and "trimmed_rms" (its root
+        mean square, not made consistent for Gaussian noise).
         """
         refuse_prior(prior, "Lts")
-        search = partial(self._search, Posterior(problem, Gaussian()))
+        search = partial(self._search, WeightedFit(problem, Gaussian()))
         return search_subsets(problem, self.subsets, rng, search)
 
-    def _search(self, posterior: Posterior, rows: Whitened, chosen: IntArray) -> Estimate:
+    def _search(self, fit: WeightedFit, rows: Whitened, chosen: IntArray) -> Estimate:
         candidates = subset_solutions(rows, chosen)
         sums = np.concatenate([self._objective(rows, part) for part in parts(candidates, rows)])
         theta = candidates[np.argmin(sums)]
         if self.concentration:
             best = np.argsort(sums, kind="stable")[:10]
-            improved = [self._concentrate(posterior, rows, candidates[k]) for k in best]
+            improved = [self._concentrate(fit, rows, candidates[k]) for k in best]
             theta = min(improved, key=lambda t: float(self._objective(rows, t)))
         d2 = squares(rows, theta, self.unit)
         objective, kept = float(self._objective(rows, theta)), self._kept(d2.size)
@@ -122,9 +107,16 @@ class Lts:
             "objective": objective,
             "trimmed_rms": float(np.sqrt(objective / (kept * self._components(rows)))),
         }
-        weights = unit_weights(rows, keep, self.unit)
-        names, units = posterior.names, posterior.units
-        return Estimate(theta, None, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=None,
+            weights=unit_weights(rows, keep, self.unit),
+            path=None,
+            converged=True,
+            info=info,
+            names=fit.problem.names,
+            units=fit.problem.units,
+        )
 
     def _kept(self, residuals: int) -> int:
         return max(1, int(np.floor(self.coverage * residuals)))
@@ -138,7 +130,7 @@ class Lts:
         smallest = np.partition(d2, kept - 1, axis=-1)[..., :kept]
         return np.asarray(smallest.sum(axis=-1))
 
-    def _concentrate(self, posterior: Posterior, rows: Whitened, theta: FloatArray) -> FloatArray:
+    def _concentrate(self, fit: WeightedFit, rows: Whitened, theta: FloatArray) -> FloatArray:
         last = np.inf
         for _ in range(100):
             d2 = squares(rows, theta, self.unit)
@@ -148,7 +140,7 @@ class Lts:
             if total >= last * (1.0 - 1e-12):
                 break
             last, before = total, theta
-            theta = posterior.solve(rows, unit_weights(rows, keep, self.unit))
+            theta = fit.solve(rows, unit_weights(rows, keep, self.unit))
         else:
             before = theta
         return before if self._objective(rows, before) <= self._objective(rows, theta) else theta

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -52,28 +52,14 @@ class Mm:
         prior: GaussianPrior | None = None,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Fit the start, its scale, then the bisquare.
-
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Passed to the start.
-
-        Returns
-        -------
-        Estimate
-            As of `Irls`; `info` has "scale" and "start" too.
-        """
+        """Fit the start, its scale, then the bisquare: `info` of `Irls`, "scale" and "start"."""
         refuse_prior(prior, "Mm")
         first = self.start.estimate(problem, None, rng)
         rows = problem.linearise(first.theta).whitened()
         scale = bisquare_scale(squares(rows, first.theta, "equation"), rows.A.shape[2])
         law = Tukey(self.c, scale=scale, componentwise=True)
         fit = Irls(law, start=_Given(first)).estimate(problem, None, rng)
-        return Estimate(**{**vars(fit), "info": {**fit.info, "scale": scale, "start": first.theta}})
+        return replace(fit, info={**fit.info, "scale": scale, "start": first.theta})
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.estimators._estimate import Estimate, in_rows
-from probreg.estimators._recursion import Drift, recurse
+from probreg.estimators._recursion import Drift, Rows, State, Written, recurse
 from probreg.motion.dynamics import Constant, Dynamics
-from probreg.noise import Hyperbolic, NoiseLaw, compile_scalar, require_scalar_law
+from probreg.noise import Hyperbolic, NoiseLaw, require_scalar_law
 from probreg.numerics.kalman import semidefinite_root
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem, Problem
@@ -94,25 +94,9 @@ class Recursive:
     ) -> Estimate:
         """Run through the rows in order of time (in row order where there is none).
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Start of the recursion.
-        rng : numpy.random.Generator, optional
-            Not used; the method is deterministic.
-
-        Returns
-        -------
-        Estimate
-            `path` follows the order in which rows were taken, `info["order"]`;
-            `info["rejected"]` counts rows of weight zero, `info["passes"]` the linearisations.
-
-        Raises
-        ------
-        UnobservableError
-            Without a prior: combinations that the data do not determine; or every row was
-            rejected.
+        The prior is the start of the recursion. `path` follows the order in which rows were
+        taken, `info["order"]`; `info["rejected"]` counts rows of weight zero, `info["passes"]`
+        the linearisations.
         """
         if prior is not None:
             prior.check(problem.names)
@@ -129,7 +113,7 @@ class Recursive:
             if problem.linear or settled:
                 return result
             linear = problem.linearise(theta)
-        return Estimate(**{**vars(result), "converged": False})
+        return replace(result, converged=False)
 
     def _run(
         self,
@@ -140,51 +124,52 @@ class Recursive:
     ) -> Estimate:
         dtype = np.float64 if self.precision == "double" else np.float32
         n, width, p = linear.B.shape
-        theta, root = start
-        # the recursion runs in units in which the unknowns are of order one
-        rows = linear.whitened()
+        white = linear.whitened()
         order = np.arange(n) if linear.time is None else np.argsort(linear.time, kind="stable")
-        theta, root = (theta / unit).astype(dtype), (root / unit[:, None]).astype(dtype)
-        weights = np.zeros((n, width), dtype=dtype)
-        path = np.empty((n, p), dtype=dtype)
-        kept = np.empty((n if self.covariance_path else 0, p, p), dtype=dtype)
-        params = self.noise.constants
-        recurse(
-            np.ascontiguousarray(rows.v[order], dtype=dtype),
-            np.ascontiguousarray(rows.A[order] * unit, dtype=dtype),
-            rows.size[order],
-            compile_scalar(type(self.noise).weight_function),
-            params,
-            float(self.noise.unit),
-            self.noise.componentwise,
-            self._drift(linear, order, unit, dtype),
-            theta,
-            root,
-            weights,
-            path,
-            kept,
+        # the recursion runs in units in which the unknowns are of order one
+        rows = Rows(
+            np.ascontiguousarray(white.v[order], dtype=dtype),
+            np.ascontiguousarray(white.A[order] * unit, dtype=dtype),
+            white.size[order],
         )
+        theta, root = start
+        state = State((theta / unit).astype(dtype), (root / unit[:, None]).astype(dtype))
+        weights, path = np.zeros((n, width), dtype=dtype), np.empty((n, p), dtype=dtype)
+        kept = np.empty((n if self.covariance_path else 0, p, p), dtype=dtype)
+        law, drift = self.noise, self._drift(linear, order, unit, dtype)
+        written = Written(weights, path, kept)
+        recurse(rows, law.compiled_weight, law.numbers, law.componentwise, drift, state, written)
+        own, scale = in_rows(weights, order), np.outer(unit, unit)
         info: dict[str, Any] = {"order": order, "passes": passes}
-        scale = np.outer(unit, unit)
         if self.covariance_path:
             info["covariance_path"] = kept * scale
-        own = in_rows(weights, order)
-        info["rejected"] = int((own.max(axis=1) == 0.0).sum())
-        if info["rejected"] == n:
-            raise UnobservableError(
-                f"{self.noise!r} rejected all {n} rows from this start, so nothing was learnt. "
-                "Start nearer (prior=...), or take a law that does not reject."
-            )
+        info["rejected"] = self._count_rejected(own)
         return Estimate(
-            theta * unit,
-            (root @ root.T) * scale,
-            own if self.noise.componentwise else own[:, 0],
-            path * unit,
-            True,
-            info,
-            linear.names,
-            linear.units,
+            theta=state.theta * unit,
+            covariance=(state.S @ state.S.T) * scale,
+            weights=own if self.noise.componentwise else own[:, 0],
+            path=path * unit,
+            converged=True,
+            info=info,
+            names=linear.names,
+            units=linear.units,
         )
+
+    def _count_rejected(self, weights: FloatArray) -> int:
+        """Rows (n, M) of weight zero.
+
+        Raises
+        ------
+        UnobservableError
+            All of them.
+        """
+        rejected = int((weights.max(axis=1) == 0.0).sum())
+        if rejected == len(weights):
+            raise UnobservableError(
+                f"{self.noise!r} rejected all {rejected} rows from this start, so nothing was "
+                "learnt. Start nearer (prior=...), or take a law that does not reject."
+            )
+        return rejected
 
     def _drift(self, linear: LinearProblem, order: IntArray, unit: FloatArray, dtype: Any) -> Drift:
         """The steps between rows of different times, in scaled units."""

@@ -12,8 +12,8 @@ from probreg.estimators import _total
 from probreg.estimators._bearings import in_time, require_bearings
 from probreg.estimators._estimate import Estimate, in_rows
 from probreg.estimators._subsets import refuse_prior
-from probreg.estimators._tls_recursion import follow_lines
-from probreg.noise import Gaussian, NoiseLaw, compile_scalar, require_law, require_scalar_law
+from probreg.estimators._tls_recursion import Lines, follow_lines
+from probreg.noise import Gaussian, NoiseLaw, require_law, require_scalar_law
 from probreg.prior import GaussianPrior
 from probreg.problems.bearings import BearingProblem
 from probreg.problems.linear import Problem
@@ -96,51 +96,32 @@ class RecursiveTls:
     ) -> Estimate:
         """Follow the lines in order of time (in row order where there is none).
 
-        Parameters
-        ----------
-        problem : BearingProblem
-        prior : GaussianPrior, optional
-            Refused.
-        rng : numpy.random.Generator, optional
-            Not used; the method is deterministic.
-
-        Returns
-        -------
-        Estimate
-            `path` follows the order in which lines were taken, `info["order"]`; it is NaN
-            until there is a start. `info["rejected"]` counts lines of weight zero.
-            `covariance` is first-order and takes the noise from the residuals.
-
-        Raises
-        ------
-        UnobservableError
-            The bearings do not determine the position, or all were rejected.
-        InvalidInputError
-            Not a BearingProblem, or one with a bearing bias.
+        `path` follows the order in which lines were taken, `info["order"]`; it is NaN until
+        there is a start. `info["rejected"]` counts lines of weight zero, `info["first"]` those
+        of the start. `covariance` is first-order and takes the noise from the residuals. A
+        problem with a bearing bias is refused.
         """
         refuse_prior(prior, type(self).__name__)
         bearings, order = in_time(require_bearings(problem, type(self).__name__))
         d, trust = _total.augmented(bearings), _total.known_weights(bearings)
         if not bearings.lines_meet:
             bearings.observability().require()
-        n = len(bearings)
+        n, first = len(bearings), 0
         weights, path = np.zeros(n), np.full((n, 2), np.nan)
         S, v = np.eye(3) / self.omega, np.array([0.0, 0.0, -1.0])
-        first = 0
         if self.start is not None:
             first = min(self.start_bearings, n)
             v = self._start(bearings, d[:first], weights[:first], self.start)
             S += (d[:first] * weights[:first, None]).T @ d[:first]
             path[first - 1] = _total.place_of(v) / _total.LENGTH_UNIT
+        own = bearings.own_position[first:] / _total.LENGTH_UNIT
+        lines = Lines(d[first:], own, bearings.sigma[first:], trust[first:])
+        limit = np.inf if self.reject_above is None else float(self.reject_above)
         follow_lines(
-            d[first:],
-            bearings.own_position[first:] / _total.LENGTH_UNIT,
-            bearings.sigma[first:],
-            trust[first:],
-            compile_scalar(type(self.noise).weight_function),
-            self.noise.constants,
-            float(self.noise.unit),
-            np.inf if self.reject_above is None else float(self.reject_above),
+            lines,
+            self.noise.compiled_weight,
+            self.noise.numbers,
+            limit,
             S,
             v,
             weights[first:],
@@ -154,14 +135,14 @@ class RecursiveTls:
             )
         place = _total.place_of(v)
         return Estimate(
-            place,
-            _total.line_covariance(bearings, place, weights),
-            in_rows(weights, order),
-            path * _total.LENGTH_UNIT,
-            True,
-            {"order": order, "rejected": rejected, "first": first},
-            bearings.names,
-            bearings.units,
+            theta=place,
+            covariance=_total.line_covariance(bearings, place, weights),
+            weights=in_rows(weights, order),
+            path=path * _total.LENGTH_UNIT,
+            converged=True,
+            info={"order": order, "rejected": rejected, "first": first},
+            names=bearings.names,
+            units=bearings.units,
         )
 
     def _start(

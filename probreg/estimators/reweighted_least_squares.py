@@ -12,8 +12,8 @@ from probreg.estimators._estimate import Estimate
 from probreg.estimators._subsets import Unit, check_unit, refuse_prior, squares, unit_weights
 from probreg.estimators.lts import Lts
 from probreg.noise import Gaussian
-from probreg.posterior.posterior import Posterior
-from probreg.posterior.reweighting import spd_inverse
+from probreg.numerics.linalg import spd_inverse
+from probreg.posterior.weighted_fit import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import Problem
 from probreg.typing import FloatArray
@@ -63,28 +63,12 @@ class ReweightedLeastSquares:
     ) -> Estimate:
         """Fit, reject, refit; a nonlinear problem is re-linearised with the same rows kept.
 
-        Parameters
-        ----------
-        problem : Problem
-        prior : GaussianPrior, optional
-            Not taken.
-        rng : numpy.random.Generator, optional
-            Passed to the start.
-
-        Returns
-        -------
-        Estimate
-            `weights` are 1 for what was kept. `info`: "start" (its theta), "trimmed_rms",
-            "kept", and "fallback", True where too little was left to determine the unknowns
-            and theta is that of the start.
-
-        Raises
-        ------
-        UnobservableError
-            The data do not determine every combination.
+        `weights` are 1 for what was kept. `info`: "start" (its theta), "trimmed_rms", "kept",
+        and "fallback", True where too little was left to determine the unknowns and theta is
+        that of the start.
         """
         refuse_prior(prior, "ReweightedLeastSquares")
-        posterior = Posterior(problem, Gaussian())
+        fit = WeightedFit(problem, Gaussian())
         first = self.start.estimate(problem, None, rng)
         rows = problem.linearise(first.theta).whitened()
         rms = max(float(first.info["trimmed_rms"]), _FLOOR)
@@ -94,17 +78,25 @@ class ReweightedLeastSquares:
         info = {"start": first.theta, "trimmed_rms": rms, "kept": int(keep.sum())}
         theta, covariance, fallback = first.theta, None, False
         try:
-            theta = self._refit(problem, posterior, first.theta, weights)
+            theta = self._refit(problem, fit, first.theta, weights)
             rows = problem.linearise(theta).whitened()
-            covariance = spd_inverse(posterior.normal_matrix(rows, weights))
+            covariance = spd_inverse(fit.normal_matrix(rows, weights))
         except UnobservableError:
             theta, fallback = first.theta, True
         info["fallback"] = fallback
-        names, units = problem.names, problem.units
-        return Estimate(theta, covariance, weights, None, True, info, names, units)
+        return Estimate(
+            theta=theta,
+            covariance=covariance,
+            weights=weights,
+            path=None,
+            converged=True,
+            info=info,
+            names=problem.names,
+            units=problem.units,
+        )
 
     def _refit(
-        self, problem: Problem, posterior: Posterior, theta: FloatArray, weights: FloatArray
+        self, problem: Problem, fit: WeightedFit, theta: FloatArray, weights: FloatArray
     ) -> FloatArray:
         """Least squares on what is kept, re-linearised while the residuals get smaller."""
         best, last = np.inf, theta
@@ -115,7 +107,7 @@ class ReweightedLeastSquares:
             if not problem.linear and cost > 2.0 * best:
                 return last  # diverging: these rows agree with no bias
             best, last = min(best, cost), theta
-            theta = posterior.solve(rows, weights)
+            theta = fit.solve(rows, weights)
             if problem.linear:
                 break
         return theta

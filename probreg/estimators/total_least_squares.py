@@ -59,26 +59,9 @@ class TotalLeastSquares:
     ) -> Estimate:
         """Solve, reweight, and solve again until the weights rest.
 
-        Parameters
-        ----------
-        problem : BearingProblem
-        prior : GaussianPrior, optional
-            Refused.
-        rng : numpy.random.Generator, optional
-            Passed to `start`.
-
-        Returns
-        -------
-        Estimate
-            `covariance` is first-order and takes the noise from the residuals; `info` has
-            "iterations" and "rejected", the number of lines of weight zero.
-
-        Raises
-        ------
-        UnobservableError
-            The bearings do not determine the position, or too many were rejected.
-        InvalidInputError
-            Not a BearingProblem, or one with a bearing bias.
+        `covariance` is first-order and takes the noise from the residuals; `info` has
+        "iterations" and "rejected", the number of lines of weight zero. A problem with a
+        bearing bias is refused.
         """
         refuse_prior(prior, type(self).__name__)
         bearings = require_bearings(problem, type(self).__name__)
@@ -91,7 +74,13 @@ class TotalLeastSquares:
             bearings, self.noise, weights, self.max_iterations
         )
         info = {"iterations": iterations, "rejected": int((weights == 0.0).sum())}
-        covariance = _total.line_covariance(bearings, place, weights)
         return Estimate(
-            place, covariance, weights, None, settled, info, problem.names, problem.units
+            theta=place,
+            covariance=_total.line_covariance(bearings, place, weights),
+            weights=weights,
+            path=None,
+            converged=settled,
+            info=info,
+            names=problem.names,
+            units=problem.units,
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from probreg.association import squared_distances
@@ -53,4 +55,4 @@ def require_reports(first: SensorReports, second: SensorReports, least: int) -> 
 
 def with_pairs(estimate: Estimate, pairs: IntArray, **info: object) -> Estimate:
     """The estimate, with the pairs it believes."""
-    return Estimate(**{**vars(estimate), "info": {**estimate.info, "pairs": pairs, **info}})
+    return replace(estimate, info={**estimate.info, "pairs": pairs, **info})

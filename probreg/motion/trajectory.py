@@ -171,7 +171,6 @@ class Trajectory:
             Multiply the standard deviation of each state's process noise.
         """
         v, A, log_det = self.whitened
-        T, d = len(self), A.shape[2]
         assert self.present is not None
         used = self.present
         if weights is not None:
@@ -179,8 +178,7 @@ class Trajectory:
             if (used < 0.0).any():
                 raise InvalidInputError("a weight is negative.")
         Q = self.Q if step_scale is None else self.Q * np.outer(step_scale, step_scale)
-        means, covariances = np.empty((2, T, d)), np.empty((2, T, d, d))
-        log_likelihood = kalman.run_filter(
+        means, covariances, log_likelihood = kalman.run_filter(
             v,
             A,
             np.ascontiguousarray(used),
@@ -188,10 +186,6 @@ class Trajectory:
             np.ascontiguousarray(Q),
             self.prior.mean,
             self.prior.covariance,
-            means[0],
-            covariances[0],
-            means[1],
-            covariances[1],
         )
         if not np.isfinite(log_likelihood):
             raise InvalidInputError(

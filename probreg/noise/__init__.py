@@ -14,8 +14,10 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 ========================  =====================================  ========================
 """
 
-from probreg.noise._compiled import apply_same, compile_scalar
-from probreg.noise._law import NoiseLaw, require_law, require_scalar_law
+from probreg.noise._checks import require_law, require_scalar_law
+from probreg.noise._compiled import LawNumbers, apply_same, compile_scalar
+from probreg.noise._law import NoiseLaw, per_component
+from probreg.noise._rejection import RejectionRule
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
@@ -33,12 +35,15 @@ __all__ = [
     "Huber",
     "Hyperbolic",
     "Igg3",
+    "LawNumbers",
     "NoiseLaw",
+    "RejectionRule",
     "ScaleMixture",
     "StudentT",
     "Tukey",
     "apply_same",
     "compile_scalar",
+    "per_component",
     "require_law",
     "require_scalar_law",
 ]

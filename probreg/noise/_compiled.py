@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from probreg.typing import FloatArray
 
 WeightFunction = Callable[[float, float, FloatArray], float]
 KernelFunction = Callable[[Any, Any, Any], Any]
 _SIGNATURE = "float64(float64, float64, float64[::1])"
+
+
+class LawNumbers(NamedTuple):
+    """Numbers of a law as compiled loops take them, beside its weight or log kernel.
+
+    Attributes
+    ----------
+    params : ndarray
+    unit : float
+        Residuals are divided by it first.
+    """
+
+    params: FloatArray
+    unit: float
 
 
 @cache

@@ -10,29 +10,29 @@ where known in closed form, its normaliser and variance.
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from scipy.special import gammaln
 
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.noise._compiled import (
-    KernelFunction,
-    WeightFunction,
-    apply_each,
-    apply_same,
-    compile_scalar,
-)
+from probreg.noise._compiled import LawNumbers, apply_each, apply_same, compile_scalar
+from probreg.noise._radial import radial_integral
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray, IntArray
 
 Size = int | FloatArray | IntArray
 
 
-class NoiseLaw:
+class NoiseLaw(ABC):
     """Base of the noise laws; subclasses are frozen dataclasses over `scale` and their own.
+
+    A new law must give what is abstract here: the fields `scale` and `componentwise` (with
+    defaults), `weight_function`, `kernel_function` and `sample_unit`. It gives `params` where
+    it has parameters of its own, with `parameter_slope` where these may be unknown
+    (`supports`), and closed forms where they are known. A law that is Gaussian given a hidden
+    precision is a `ScaleMixture`; one without a density is a `RejectionRule`.
 
     Attributes
     ----------
@@ -57,21 +57,37 @@ class NoiseLaw:
     kinked: ClassVar[bool] = False
     unit_name: ClassVar[str] = "scale"
     supports: ClassVar[Mapping[str, Support]] = {"scale": POSITIVE}
-    weight_function: ClassVar[WeightFunction]
-    kernel_function: ClassVar[KernelFunction]
 
-    scale: Any
-    componentwise: bool
+    # -- what every law gives ------------------------------------------------------------
 
-    # -- what a law defines: the two functions above, and --------------------------------
+    @property
+    @abstractmethod
+    def scale(self) -> Any:
+        """Factor on the square root of R, one number or one a chain."""
 
-    def log_kernel(self, d2: Any, m: Size) -> Any:
+    @property
+    @abstractmethod
+    def componentwise(self) -> bool:
+        """Whether every whitened component is weighed on its own."""
+
+    @staticmethod
+    @abstractmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """Equivalent weight at unit scale of one squared norm in m dimensions; is compiled."""
+
+    @staticmethod
+    @abstractmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
         """Unnormalised log-density at unit scale; analytic in d2 between its corners.
 
-        A law gives it as `kernel_function(d2, m, params)`, one expression that serves arrays
-        here and compiled loops elsewhere.
+        One expression that serves arrays (`log_kernel`) and, compiled, single rows.
         """
-        return type(self).kernel_function(d2, m, self.params or (0.0,))
+
+    @abstractmethod
+    def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
+        """Draw n vectors of m components at unit scale, shape (n, m)."""
+
+    # -- what a law gives where there is something to say --------------------------------
 
     @property
     def params(self) -> tuple[Any, ...]:
@@ -79,13 +95,9 @@ class NoiseLaw:
         return ()
 
     @property
-    def constants(self) -> FloatArray:
-        """The parameters as compiled loops take them, for laws of one number each."""
-        return np.array(self.params or (0.0,), dtype=float)
-
-    def sample_unit(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
-        """Draw n vectors of m components at unit scale."""
-        raise ImproperLawError(self._no_density("sampled"))
+    def corners(self) -> tuple[float, ...]:
+        """Radii where the kernel changes its formula or scale: quadrature splits there."""
+        return (1.0, 10.0)
 
     def parameter_slope(self, name: str, d2: FloatArray, m: Size) -> FloatArray:
         """Derivative of the normalised unit-scale log-density by a parameter of its own."""
@@ -104,22 +116,41 @@ class NoiseLaw:
         moment = self.radial_integral(lambda d2: d2 * self.unit_weight(d2, m) ** 2, m)
         return moment / (m * float(np.exp(self.log_normalizer(m))))
 
-    # -- what follows from it ----------------------------------------------------------
-
     @property
     def unit(self) -> Any:
         """The common noise scale: residuals are divided by it first."""
         return self.scale
 
+    # -- what follows from it ----------------------------------------------------------
+
+    def log_kernel(self, d2: Any, m: Size) -> Any:
+        """`kernel_function` of arrays of squared norms, with the law's own parameters."""
+        return self.kernel_function(d2, m, self.params or (0.0,))
+
+    @property
+    def constants(self) -> FloatArray:
+        """The parameters as compiled loops take them, for laws of one number each."""
+        return np.array(self.params or (0.0,), dtype=float)
+
+    @property
+    def numbers(self) -> LawNumbers:
+        """Parameters and unit as compiled loops take them, for laws of one number each."""
+        return LawNumbers(self.constants, float(self.unit))
+
+    @property
+    def compiled_weight(self) -> Any:
+        """`weight_function` in machine code, for compiled loops."""
+        return compile_scalar(self.weight_function)
+
+    @property
+    def compiled_kernel(self) -> Any:
+        """`kernel_function` in machine code, for compiled loops."""
+        return compile_scalar(self.kernel_function)
+
     def squared_norm(self, v: FloatArray, m: Size | None = None) -> tuple[FloatArray, Size]:
         """Squared scaled residuals the law acts on, and their dimension.
 
-        Parameters
-        ----------
-        v : ndarray, shape (..., M)
-            Whitened residuals.
-        m : int or ndarray, optional
-            True number of components of rows padded with zeros to M.
+        Parameters as for `log_density`.
         """
         v = np.asarray(v, dtype=float)
         if self.componentwise:
@@ -174,18 +205,9 @@ class NoiseLaw:
         return self._over_components(value, v, m)
 
     def weight(self, v: FloatArray, m: Size | None = None) -> FloatArray:
-        """Equivalent weights of whitened residuals.
+        """Equivalent weights, shape (...), or (..., M) for component-wise laws.
 
-        Parameters
-        ----------
-        v : ndarray, shape (..., M)
-            Whitened residuals.
-        m : int or ndarray, optional
-            True number of components of rows padded with zeros; default M.
-
-        Returns
-        -------
-        ndarray, shape (...), or (..., M) for component-wise laws
+        Parameters as for `log_density`.
         """
         law = self._spread()
         d2, size = law.squared_norm(v, m)
@@ -201,10 +223,8 @@ class NoiseLaw:
 
         Parameters
         ----------
-        v : ndarray, shape (..., M)
-            Whitened residuals.
-        m : int or ndarray, optional
-            True number of components of rows padded with zeros; default M.
+        v, m
+            As for `log_density`.
         bandwidth : float
             For kinked laws, the half-width of |v| over which the score is differenced: its
             mean slope over many residuals is then right. Other laws take a tiny step.
@@ -249,30 +269,11 @@ class NoiseLaw:
 
     def radial_integral(self, function: Callable[[FloatArray], FloatArray], m: int) -> float:
         """Integral over R^m of function(|v|^2) exp(log_kernel), scalar parameters only."""
-        from scipy.integrate import quad  # slow to import, seldom needed
-
-        sphere = np.log(2.0) + 0.5 * m * np.log(np.pi) - gammaln(0.5 * m)
-
-        def integrand(radius: float) -> float:
-            d2 = np.array([radius**2])
-            return float(np.exp(sphere + self.log_kernel(d2, m)[0]) * function(d2)[0]) * radius ** (
-                m - 1
-            )
-
-        edges = [0.0, *sorted(self.corners), np.inf]
-        return sum(
-            quad(integrand, a, b, epsabs=0.0, epsrel=1e-10, limit=200)[0]
-            for a, b in pairwise(edges)
-        )
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Radii where the kernel changes its formula or scale: quadrature splits there."""
-        return (1.0, 10.0)
+        return radial_integral(lambda d2: self.log_kernel(d2, m), function, m, self.corners)
 
     def unit_weight(self, d2: FloatArray, m: Size) -> FloatArray:
         """Weights at unit scale of squared norms in m dimensions, by the compiled function."""
-        weight = compile_scalar(type(self).weight_function)
+        weight = self.compiled_weight
         if np.ndim(m) == 0 and not any(np.ndim(value) for value in self.params):
             flat = np.ascontiguousarray(d2, dtype=float).ravel()
             return apply_same(weight, flat, float(m), self.constants).reshape(np.shape(d2))
@@ -316,30 +317,7 @@ class NoiseLaw:
         )
 
 
-def above_zero(law: NoiseLaw, **values: Any) -> None:
-    """Check that parameters of a law, scalars or arrays, are finite and above zero."""
-    for name, value in values.items():
-        number = isinstance(value, int | float | np.number | np.ndarray)
-        if not (number and np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0.0)):
-            raise InvalidInputError(
-                f"{type(law).__name__}: {name} is {value!r}; it must be a number (or an array of "
-                "numbers, one a chain), finite and above zero."
-            )
-
-
-def require_law(noise: object) -> None:
-    """Raise unless `noise` is a law: a class or a name is a common slip."""
-    if not isinstance(noise, NoiseLaw):
-        raise InvalidInputError(
-            f"noise is {noise!r}; pass a law from probreg.noise, such as Huber(1.345)."
-        )
-
-
-def require_scalar_law(noise: object) -> None:
-    """Raise unless `noise` is a law with one number a parameter."""
-    require_law(noise)
-    assert isinstance(noise, NoiseLaw)
-    if any(np.ndim(value) for value in (*noise.params, noise.unit)):
-        raise InvalidInputError(
-            f"{type(noise).__name__} must have one number a parameter here, not an array."
-        )
+def per_component(weights: FloatArray, v: FloatArray) -> FloatArray:
+    """Weights (..., n) or (..., n, M) as an array that multiplies v (..., n, M)."""
+    per_row = weights[..., None] if weights.ndim < v.ndim else weights
+    return np.broadcast_to(per_row, v.shape)

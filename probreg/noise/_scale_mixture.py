@@ -25,19 +25,7 @@ class ScaleMixture(NoiseLaw):
     ) -> FloatArray:
         """Draw the precisions of rows given their whitened residuals: the Gibbs step.
 
-        Their conditional mean is the equivalent weight.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-        v : ndarray, shape (..., M)
-            Whitened residuals.
-        m : int or ndarray, optional
-            True number of components of rows padded with zeros; default M.
-
-        Returns
-        -------
-        ndarray, shape (...), or (..., M) for component-wise laws
+        Their conditional mean is the equivalent weight; shapes as for `weight`.
         """
         law = self._spread()
         d2, size = law.squared_norm(v, m)

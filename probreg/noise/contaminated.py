@@ -9,25 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._law import Size
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
-
-
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    rate, precision = params[0], 1.0 / params[1] ** 2
-    # odds of the narrow component: no overflow at large d2, no cancellation at large scales
-    odds = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
-    return 1.0 if odds > 1e300 else (odds + precision) / (odds + 1.0)
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    wide = np.log(params[0]) - m * np.log(params[1]) - 0.5 * d2 / params[1] ** 2
-    narrow = np.log1p(-params[0]) - 0.5 * d2
-    top = np.maximum(wide, narrow)
-    return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
 
 
 @dataclass(frozen=True)
@@ -59,8 +45,6 @@ class Contaminated(ScaleMixture):
         "scale": ABOVE_ONE,
         "core_scale": POSITIVE,
     }
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, rate=self.rate, scale=self.scale, core_scale=self.core_scale)
@@ -69,6 +53,22 @@ class Contaminated(ScaleMixture):
                 f"Contaminated: rate {self.rate!r} must lie in (0, 1) and scale {self.scale!r}, "
                 "the outliers' standard deviation over the nominal one, above 1."
             )
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """Posterior mean of the precision."""
+        rate, precision = params[0], 1.0 / params[1] ** 2
+        # odds of the narrow component: no overflow at large d2, no cancellation at large scales
+        odds = (1.0 - rate) / rate * params[1] ** m * np.exp(-0.5 * d2 * (1.0 - precision))
+        return 1.0 if odds > 1e300 else (odds + precision) / (odds + 1.0)
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """Log of the sum of both components."""
+        wide = np.log(params[0]) - m * np.log(params[1]) - 0.5 * d2 / params[1] ** 2
+        narrow = np.log1p(-params[0]) - 0.5 * d2
+        top = np.maximum(wide, narrow)
+        return top + np.log(np.exp(wide - top) + np.exp(narrow - top))
 
     @property
     def unit(self) -> Any:

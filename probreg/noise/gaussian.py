@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._law import Size
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.typing import FloatArray
-
-
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    return 1.0
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    return -0.5 * d2
 
 
 @dataclass(frozen=True)
@@ -37,11 +29,18 @@ class Gaussian(ScaleMixture):
     scale: Any = 1.0
     componentwise: bool = False
 
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
-
     def __post_init__(self) -> None:
         above_zero(self, scale=self.scale)
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """1."""
+        return 1.0
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """-d^2 / 2."""
+        return -0.5 * d2
 
     def log_normalizer(self, m: int) -> float:
         """(m / 2) log 2 pi."""

@@ -7,21 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import NoiseLaw, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._rejection import RejectionRule
 from probreg.typing import FloatArray
 
 
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    return 1.0 if d2 <= params[0] * params[0] else 0.0
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    return -0.5 * np.minimum(d2, params[0] ** 2)
-
-
 @dataclass(frozen=True)
-class HardReject(NoiseLaw):
+class HardReject(RejectionRule):
     """Weight 1 up to k, 0 beyond.
 
     Parameters
@@ -39,14 +31,20 @@ class HardReject(NoiseLaw):
     scale: Any = 1.0
     componentwise: bool = False
 
-    proper: ClassVar[bool] = False
-    convex: ClassVar[bool] = False
     kinked: ClassVar[bool] = True
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, k=self.k, scale=self.scale)
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """1 up to k, 0 beyond."""
+        return 1.0 if d2 <= params[0] * params[0] else 0.0
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """-d^2 / 2, constant beyond k."""
+        return -0.5 * np.minimum(d2, params[0] ** 2)
 
     @property
     def params(self) -> tuple[Any, ...]:

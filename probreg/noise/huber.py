@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from scipy.special import gammainc, gammaincc, gammaln
 
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import NoiseLaw, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._law import NoiseLaw
 from probreg.noise._radial import on_sphere, truncated_chi, truncated_gamma
 from probreg.typing import FloatArray
-
-
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    d = np.sqrt(d2)
-    return 1.0 if d <= params[0] else params[0] / d
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    d = np.sqrt(d2)
-    inner = np.minimum(d, params[0])  # a parabola up to k, its tangent beyond
-    return -0.5 * inner**2 - params[0] * (d - inner)
 
 
 @dataclass(frozen=True)
@@ -47,11 +36,21 @@ class Huber(NoiseLaw):
     _: KW_ONLY
     scale: Any = 1.0
 
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
-
     def __post_init__(self) -> None:
         above_zero(self, k=self.k, scale=self.scale)
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """1 up to k, k / d beyond."""
+        d = np.sqrt(d2)
+        return 1.0 if d <= params[0] else params[0] / d
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """A parabola up to k, its tangent beyond."""
+        d = np.sqrt(d2)
+        inner = np.minimum(d, params[0])
+        return -0.5 * inner**2 - params[0] * (d - inner)
 
     @property
     def params(self) -> tuple[Any, ...]:

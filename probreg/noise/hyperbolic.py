@@ -9,24 +9,11 @@ import numpy as np
 from scipy.special import kve
 
 from probreg.errors import InvalidInputError
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._law import Size
 from probreg.noise._radial import on_sphere, truncated_chi, truncated_gamma
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.typing import FloatArray
-
-
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    smooth = np.sqrt(d2 + params[0] * params[0])
-    return 1.0 if smooth <= params[1] else 1.0 / smooth
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    smooth = np.sqrt(d2 + params[0] ** 2)
-    if params[1] == 0.0:
-        return -smooth
-    inner = np.minimum(smooth, params[1])  # a parabola inside the piecewise bound
-    return -0.5 * (inner**2 - params[0] ** 2) - (smooth - inner)
 
 
 @dataclass(frozen=True)
@@ -56,8 +43,6 @@ class Hyperbolic(ScaleMixture):
     componentwise: bool = False
 
     kinked: ClassVar[bool] = True
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, mu=self.mu, scale=self.scale)
@@ -67,6 +52,21 @@ class Hyperbolic(ScaleMixture):
                 raise InvalidInputError(
                     f"Hyperbolic: mu {self.mu!r} must be below piecewise_at {self.piecewise_at!r}."
                 )
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """1 / sqrt(d^2 + mu^2), or 1 inside the bound."""
+        smooth = np.sqrt(d2 + params[0] * params[0])
+        return 1.0 if smooth <= params[1] else 1.0 / smooth
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """-sqrt(d^2 + mu^2), or a parabola inside the bound."""
+        smooth = np.sqrt(d2 + params[0] ** 2)
+        if params[1] == 0.0:
+            return -smooth
+        inner = np.minimum(smooth, params[1])
+        return -0.5 * (inner**2 - params[0] ** 2) - (smooth - inner)
 
     @property
     def scale_mixture(self) -> bool:  # type: ignore[override]

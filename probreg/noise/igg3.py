@@ -3,35 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import NoiseLaw, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._rejection import RejectionRule
 from probreg.typing import FloatArray
 
 
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    k0, k1, d = params[0], params[1], np.sqrt(d2)
-    if d <= k0:
-        return 1.0
-    if d >= k1:
-        return 0.0
-    return k0 / d * ((k1 - d) / (k1 - k0)) ** 2
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    # minus the loss whose influence function is w d: parabola, cubic, constant
-    k0, span, d = params[0], params[1] - params[0], np.sqrt(d2)
-    inner = np.minimum(d, k0)
-    falling = np.minimum(np.maximum(d, k0), params[1])
-    return -0.5 * inner**2 - k0 * (span**3 - (params[1] - falling) ** 3) / (3.0 * span**2)
-
-
 @dataclass(frozen=True)
-class Igg3(NoiseLaw):
+class Igg3(RejectionRule):
     """The IGG-III equivalent weight of geodesy, used by the bearings-only papers.
 
     Parameters
@@ -54,15 +37,28 @@ class Igg3(NoiseLaw):
     scale: Any = 1.0
     componentwise: bool = False
 
-    proper: ClassVar[bool] = False
-    convex: ClassVar[bool] = False
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
-
     def __post_init__(self) -> None:
         above_zero(self, k0=self.k0, k1=self.k1, scale=self.scale)
         if self.k1 <= self.k0:
             raise InvalidInputError(f"Igg3: k1 {self.k1!r} must be above k0 {self.k0!r}.")
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """1 up to k0, falling, 0 from k1."""
+        k0, k1, d = params[0], params[1], np.sqrt(d2)
+        if d <= k0:
+            return 1.0
+        if d >= k1:
+            return 0.0
+        return k0 / d * ((k1 - d) / (k1 - k0)) ** 2
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """Minus the loss whose influence function is w d: parabola, cubic, constant."""
+        k0, span, d = params[0], params[1] - params[0], np.sqrt(d2)
+        inner = np.minimum(d, k0)
+        falling = np.minimum(np.maximum(d, k0), params[1])
+        return -0.5 * inner**2 - k0 * (span**3 - (params[1] - falling) ** 3) / (3.0 * span**2)
 
     @property
     def params(self) -> tuple[Any, ...]:

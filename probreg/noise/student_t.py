@@ -9,19 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaln, digamma, gammaln
 
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import Size, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._law import Size
 from probreg.noise._scale_mixture import ScaleMixture
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
-
-
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    return (params[0] + m) / (params[0] + d2)
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    return -0.5 * (params[0] + m) * np.log1p(d2 / params[0])
 
 
 @dataclass(frozen=True)
@@ -47,11 +39,19 @@ class StudentT(ScaleMixture):
 
     convex: ClassVar[bool] = False
     supports: ClassVar[Mapping[str, Support]] = {"nu": POSITIVE, "scale": POSITIVE}
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
     def __post_init__(self) -> None:
         above_zero(self, nu=self.nu, scale=self.scale)
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """(nu + m) / (nu + d^2)."""
+        return (params[0] + m) / (params[0] + d2)
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """-(nu + m) / 2 log(1 + d^2 / nu)."""
+        return -0.5 * (params[0] + m) * np.log1p(d2 / params[0])
 
     @property
     def params(self) -> tuple[Any, ...]:

@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from probreg.noise._compiled import KernelFunction, WeightFunction
-from probreg.noise._law import NoiseLaw, above_zero
+from probreg.noise._checks import above_zero
+from probreg.noise._rejection import RejectionRule
 from probreg.typing import FloatArray
 
 
-def _weight(d2: float, m: float, params: FloatArray) -> float:
-    u2 = d2 / (params[0] * params[0])
-    return (1.0 - u2) ** 2 if u2 < 1.0 else 0.0
-
-
-def _log_kernel(d2: Any, m: Any, params: Any) -> Any:
-    inner = np.minimum(d2 / params[0] ** 2, 1.0)  # constant beyond c
-    return -(params[0] ** 2) / 6.0 * (1.0 - (1.0 - inner) ** 3)
-
-
 @dataclass(frozen=True)
-class Tukey(NoiseLaw):
+class Tukey(RejectionRule):
     """Weight (1 - d^2 / c^2)^2 up to c, 0 beyond.
 
     Parameters
@@ -41,13 +31,20 @@ class Tukey(NoiseLaw):
     scale: Any = 1.0
     componentwise: bool = False
 
-    proper: ClassVar[bool] = False
-    convex: ClassVar[bool] = False
-    weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
-    kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
-
     def __post_init__(self) -> None:
         above_zero(self, c=self.c, scale=self.scale)
+
+    @staticmethod
+    def weight_function(d2: float, m: float, params: FloatArray) -> float:
+        """(1 - d^2 / c^2)^2, 0 from c."""
+        u2 = d2 / (params[0] * params[0])
+        return (1.0 - u2) ** 2 if u2 < 1.0 else 0.0
+
+    @staticmethod
+    def kernel_function(d2: Any, m: Any, params: Any) -> Any:
+        """Minus the bisquare loss, constant beyond c."""
+        inner = np.minimum(d2 / params[0] ** 2, 1.0)
+        return -(params[0] ** 2) / 6.0 * (1.0 - (1.0 - inner) ** 3)
 
     @property
     def params(self) -> tuple[Any, ...]:

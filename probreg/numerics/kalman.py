@@ -25,17 +25,14 @@ def run_filter(
     Q: FloatArray,
     mean: FloatArray,
     covariance: FloatArray,
-    predicted: FloatArray,
-    predicted_cov: FloatArray,
-    filtered: FloatArray,
-    filtered_cov: FloatArray,
-) -> float:
+) -> tuple[FloatArray, FloatArray, float]:
     """Filter scans v (T, m), A (T, m, d) of component weights (T, m); step k leads to scan k + 1.
 
-    Writes means (T, d) and covariances (T, d, d) before and after each scan; returns the log
+    Returns means (2, T, d) and covariances (2, T, d, d) before and after each scan, and the log
     marginal likelihood of the whitened rows.
     """
     T, d = A.shape[0], A.shape[2]
+    means, covariances = np.empty((2, T, d)), np.empty((2, T, d, d))
     log_likelihood = 0.0
     x, P = mean.copy(), covariance.copy()
     gain = np.empty(d)
@@ -43,12 +40,12 @@ def run_filter(
         if t > 0:
             x = F[t - 1] @ x
             P = F[t - 1] @ P @ F[t - 1].T + Q[t - 1]
-        predicted[t] = x
-        predicted_cov[t] = P
+        means[0, t] = x
+        covariances[0, t] = P
         log_likelihood += take_in(x, P, v[t], A[t], weights[t], gain)
-        filtered[t] = x
-        filtered_cov[t] = P
-    return log_likelihood
+        means[1, t] = x
+        covariances[1, t] = P
+    return means, covariances, log_likelihood
 
 
 @numba.njit(cache=True)

@@ -1,9 +1,10 @@
-"""Compiled linear algebra on stacks of small symmetric matrices."""
+"""Linear algebra of symmetric matrices: compiled on stacks of small ones, equilibrated on one."""
 
 from __future__ import annotations
 
 import numba
 import numpy as np
+from scipy import linalg
 
 from probreg.typing import FloatArray
 
@@ -122,3 +123,37 @@ def _solve(root: FloatArray, x: FloatArray) -> None:
         for k in range(a + 1, d):
             x[a] -= root[k, a] * x[k]
         x[a] *= root[a, a]
+
+
+def spd_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve with a symmetric positive definite matrix of very different diagonal entries.
+
+    Raises
+    ------
+    scipy.linalg.LinAlgError
+        Not positive definite.
+    """
+    root, scale = _equilibrated(matrix)
+    return linalg.cho_solve((root, True), right / scale) / scale
+
+
+def spd_inverse(matrix: FloatArray) -> FloatArray:
+    """Inverse of a symmetric positive definite matrix of very different diagonal entries.
+
+    Raises
+    ------
+    scipy.linalg.LinAlgError
+        Not positive definite.
+    """
+    root, scale = _equilibrated(matrix)
+    inverse = linalg.cho_solve((root, True), np.eye(len(matrix)))
+    return inverse / np.outer(scale, scale)
+
+
+def _equilibrated(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower root of the matrix scaled to a unit diagonal, and the scales."""
+    diagonal = np.diag(matrix)
+    if not np.all(diagonal > 0.0):
+        raise linalg.LinAlgError("a diagonal entry is zero or negative")
+    scale = np.sqrt(diagonal)
+    return linalg.cholesky(matrix / np.outer(scale, scale), lower=True), scale

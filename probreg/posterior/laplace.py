@@ -1,20 +1,15 @@
-"""The Gaussian approximation of a posterior at its joint mode."""
+"""The Gaussian approximation of a density at its mode."""
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import linalg
 
 from probreg.errors import InvalidInputError
-from probreg.posterior.reweighting import Mode, Reweighted
+from probreg.posterior.density import Density
 from probreg.typing import FloatArray
-
-if TYPE_CHECKING:
-    from probreg.posterior.posterior import Posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,78 +28,75 @@ class Laplace:
     covariance: FloatArray
     root: FloatArray
 
+    @classmethod
+    def at(cls, mode: FloatArray, covariance: FloatArray) -> Laplace:
+        """From a mode (d,) and the inverse curvature (d, d) there."""
+        return cls(mode, covariance, np.linalg.cholesky(covariance))
 
-def approximate(posterior: Posterior) -> Laplace:
-    """Mode and curvature of a posterior in free coordinates.
+
+def climb(density: Density, start: FloatArray, unit: FloatArray) -> FloatArray:
+    """Mode (d,) above a start (d,), searched in units (d,) of about a standard deviation."""
+
+    def objective(z: FloatArray) -> tuple[float, FloatArray]:
+        value, gradient = density.log_prob_and_grad(start + unit * z)
+        return -float(value), -unit * gradient
+
+    from scipy import optimize  # slow to import, needed only here
+
+    found = optimize.minimize(objective, np.zeros(len(start)), jac=True, method="BFGS")
+    return start + unit * found.x
+
+
+def require_mode(density: Density, mode: FloatArray) -> None:
+    """Raise unless a sampler can start at a mode (d,).
 
     Raises
     ------
     InvalidInputError
-        The mode lies outside the box, or the density is not finite or not curved downwards
-        there.
+        The mode lies outside the box, or the density is not finite there.
     """
-    first = posterior.mode()
-    mode = joint_mode(posterior, first)
-    if not posterior.inside(mode):
-        theta = mode[: posterior.dim_theta]
-        where = ", ".join(
-            f"{name} {value:.4g}"
-            for name, value in zip(posterior.problem.names, theta, strict=True)
-        )
+    if density.box is not None and not density.inside(mode):
+        bounded = zip(density.names, mode[: len(density.box)], strict=False)
+        where = ", ".join(f"{name} {value:.4g}" for name, value in bounded)
         raise InvalidInputError(
             f"the box excludes the mode ({where}), so a sampler would only see a tail of the "
             "posterior. Widen the box, or say in a prior what you know."
         )
     with np.errstate(over="ignore", invalid="ignore"):
-        height = float(posterior.log_prob(mode))
+        height = float(density.log_prob(mode))
     if not np.isfinite(height):
         raise InvalidInputError(
             f"the log-density at the mode is {height}: nothing can start there. Check the "
             "reports for absurd values and the priors for their scale."
         )
-    covariance = joint_covariance(posterior, first, mode)
-    return Laplace(mode, covariance, np.linalg.cholesky(covariance))
 
 
-def joint_mode(posterior: Posterior, first: Mode) -> FloatArray:
-    """Mode (d,) of all free coordinates, wherever the box ends, from that under the law as is."""
-    unknown = posterior.noise_prior
-    x = np.concatenate([first.theta, [p.free_median(posterior.noise) for p in unknown]])
-    if not unknown:
-        return x
-    covariance = posterior.laplace_covariance(first)
-    unit = np.concatenate([np.sqrt(np.diag(covariance)), [p.spread for p in unknown]])
-    unbounded = posterior if posterior.box is None else dataclasses.replace(posterior, box=None)
+def joint_covariance(
+    density: Density, mode: FloatArray, known: FloatArray, step: FloatArray
+) -> FloatArray:
+    """Inverse curvature (d, d) at a mode (d,), of which the first block (p, p) is known.
 
-    def objective(z: FloatArray) -> tuple[float, FloatArray]:
-        value, gradient = unbounded.log_prob_and_grad(x + unit * z)
-        return -float(value), -unit * gradient
+    The rest is found by differences of the gradient over `step` (d - p,).
 
-    from scipy import optimize  # slow to import, needed only here
-
-    found = optimize.minimize(objective, np.zeros(len(x)), jac=True, method="BFGS")
-    return x + unit * found.x
-
-
-def joint_covariance(posterior: Posterior, first: Mode, mode: FloatArray) -> FloatArray:
-    """Inverse Hessian: of the problem's unknowns as by IRLS, of the law's by differences."""
-    if not posterior.noise_prior:
-        return posterior.laplace_covariance(first)
-    p = posterior.dim_theta
-    fixed = Reweighted(posterior.problem, posterior.law(mode), posterior.prior)
-    precision = np.zeros((posterior.dim, posterior.dim))
-    precision[:p, :p] = fixed.hessian(fixed.mode(mode[:p]))
-    step = 1e-4 * np.array([parameter.spread for parameter in posterior.noise_prior])
+    Raises
+    ------
+    InvalidInputError
+        The density is not curved downwards there.
+    """
+    p = len(known)
+    precision = np.zeros((density.dim, density.dim))
+    precision[:p, :p] = known
     ends = np.repeat(mode[None], 2 * len(step), axis=0)
     for k, h in enumerate(step):
         ends[2 * k, p + k] += h
         ends[2 * k + 1, p + k] -= h
-    slopes = posterior.grad_log_prob(ends)
+    slopes = density.log_prob_and_grad(ends)[1]
     across = -(slopes[::2] - slopes[1::2]) / (2.0 * step[:, None])
     precision[p:, :p], precision[:p, p:] = across[:, :p], across[:, :p].T
     precision[p:, p:] = 0.5 * (across[:, p:] + across[:, p:].T)
     try:
-        scale = np.sqrt(np.diag(precision))
+        with np.errstate(invalid="ignore"):  # of a curvature upwards: said below
+            scale = np.sqrt(np.diag(precision))
         inverse = linalg.inv(precision / np.outer(scale, scale)) / np.outer(scale, scale)
         np.linalg.cholesky(inverse)
     except (linalg.LinAlgError, ValueError):

@@ -9,8 +9,7 @@ import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.motion.trajectory import Backward, Trajectory
-from probreg.noise import Gaussian, NoiseLaw, require_scalar_law
-from probreg.posterior.reweighting import per_component
+from probreg.noise import Gaussian, NoiseLaw, per_component, require_scalar_law
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 _MAX_PASSES = 200

@@ -10,19 +10,17 @@ from functools import cached_property
 import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
-from probreg.noise import NoiseLaw, require_scalar_law
-from probreg.posterior.laplace import Laplace, approximate
-from probreg.posterior.reweighting import Reweighted, per_component
+from probreg.noise import NoiseLaw, per_component, require_scalar_law
+from probreg.posterior._blocks import row_blocks, sizes
+from probreg.posterior.laplace import Laplace, climb, joint_covariance, require_mode
+from probreg.posterior.weighted_fit import Mode, WeightedFit
 from probreg.prior import GaussianPrior, NoiseParameter
-from probreg.problems.linear import WhitenedRows
-from probreg.typing import BoolArray, FloatArray, IntArray
-
-_CHUNK = 4_000_000  # numbers held at once when many thetas meet many rows
-_WORTH_SORTING = 100_000  # numbers above which blocks of rows of one size pay
+from probreg.problems.linear import LinearProblem, Problem, WhitenedRows
+from probreg.typing import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Posterior(Reweighted):
+class Posterior:
     """Posterior of constant unknowns: rows under a noise law, with priors.
 
     A nonlinear problem enters exactly where it can (`exact`: bearings), else through its
@@ -56,35 +54,20 @@ class Posterior(Reweighted):
         Without a prior: combinations that the data do not determine, by name.
     """
 
+    problem: Problem
+    noise: NoiseLaw
+    prior: GaussianPrior | None = None
     noise_prior: tuple[NoiseParameter, ...] = ()
     box: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.noise_prior, NoiseParameter):
             object.__setattr__(self, "noise_prior", (self.noise_prior,))
-        if self.prior is not None and not isinstance(self.prior, GaussianPrior):
-            raise InvalidInputError(f"prior is {self.prior!r}; a GaussianPrior is needed.")
-        super().__post_init__()
+        self.fit  # noqa: B018  refuse an undetermined problem now, not in mid-run
         require_scalar_law(self.noise)
-        names = [parameter.name for parameter in self.noise_prior]
-        if len(set(names)) != len(names):
-            raise InvalidInputError(f"a noise parameter has two priors: {names}.")
-        for parameter in self.noise_prior:
-            parameter.check(self.noise)
-        if self.noise_prior and not self.noise.proper:
-            raise ImproperLawError(
-                f"{type(self.noise).__name__} has no density, so its parameters have no "
-                "posterior. Take a proper law."
-            )
+        _check_noise_prior(self.noise, self.noise_prior)
         if self.box is not None:
-            box = np.asarray(self.box, dtype=float)
-            fits = box.shape == (self.dim_theta, 2) and not np.isnan(box).any()
-            if not fits or np.any(box[:, 0] >= box[:, 1]):
-                raise InvalidInputError(
-                    f"box must be ({self.dim_theta}, 2), lower below upper, for "
-                    f"{', '.join(self.problem.names)}; got {box.tolist()}."
-                )
-            object.__setattr__(self, "box", box)
+            object.__setattr__(self, "box", _checked_box(self.box, self.problem.names))
 
     # -- coordinates -------------------------------------------------------------------
 
@@ -141,6 +124,28 @@ class Posterior(Reweighted):
             return np.ones(theta.shape[:-1], dtype=bool)
         return np.asarray(((theta >= self.box[:, 0]) & (theta <= self.box[:, 1])).all(axis=-1))
 
+    # -- least squares: the part that needs no density -----------------------------------
+
+    @cached_property
+    def fit(self) -> WeightedFit:
+        """Reweighted least squares on the same rows, the law as it is."""
+        return WeightedFit(self.problem, self.noise, self.prior)
+
+    @property
+    def linear(self) -> LinearProblem:
+        """The linear problem that is tangent at the mode."""
+        return self.fit.linear
+
+    def mode(
+        self, start: FloatArray | None = None, max_iterations: int = 500, tolerance: float = 1e-8
+    ) -> Mode:
+        """Mode of the problem's unknowns under the law as it is: `WeightedFit.mode`."""
+        return self.fit.mode(start, max_iterations, tolerance)
+
+    def laplace_covariance(self, mode: Mode) -> FloatArray:
+        """Inverse Hessian (p, p) at such a mode: `WeightedFit.laplace_covariance`."""
+        return self.fit.laplace_covariance(mode)
+
     # -- densities ---------------------------------------------------------------------
 
     @cached_property
@@ -153,7 +158,7 @@ class Posterior(Reweighted):
         x = self._check(x)
         rows = self.rows
         v = rows.residual(x[..., : self.dim_theta])
-        return self.law(x).log_density(v, _sizes(rows)) - 0.5 * rows.log_det
+        return self.law(x).log_density(v, sizes(rows)) - 0.5 * rows.log_det
 
     def log_prior(self, x: FloatArray) -> FloatArray:
         """Log prior density of free coordinates (..., d), shape (...); flat parts count zero."""
@@ -169,9 +174,9 @@ class Posterior(Reweighted):
         """Log-posterior up to the evidence, shape (...), for free coordinates (..., d)."""
         x = self._check(x)
         law, value = self.law(x), self.log_prior(x)
-        for rows in self._row_blocks(value.size):
+        for rows in row_blocks(self.rows, value.size):
             v = rows.residual(x[..., : self.dim_theta])
-            value = value + law.log_density(v, _sizes(rows)).sum(axis=-1)
+            value = value + law.log_density(v, sizes(rows)).sum(axis=-1)
         return value - 0.5 * self._log_det
 
     def grad_log_prior(self, x: FloatArray) -> FloatArray:
@@ -199,8 +204,8 @@ class Posterior(Reweighted):
         x = self._check(x)
         theta, law = x[..., : self.dim_theta], self.law(x)
         value, gradient = np.full(x.shape[:-1], -0.5 * self._log_det), np.zeros(x.shape)
-        for rows in self._row_blocks(value.size):
-            v, size = rows.residual(theta), _sizes(rows)
+        for rows in row_blocks(self.rows, value.size):
+            v, size = rows.residual(theta), sizes(rows)
             value = value + law.log_density(v, size).sum(axis=-1)
             weighted = per_component(law.weight(v, size), v) * v
             gradient[..., : self.dim_theta] += rows.pull_back(theta, weighted)
@@ -217,7 +222,7 @@ class Posterior(Reweighted):
         """
         from probreg.posterior.torch_bridge import pyro_model
 
-        return pyro_model(self)
+        return pyro_model(self, self.prior, self.noise, self.noise_prior)
 
     @cached_property
     def laplace(self) -> Laplace:
@@ -229,7 +234,19 @@ class Posterior(Reweighted):
             The mode lies outside the box, or the density is not finite or not curved downwards
             there.
         """
-        return approximate(self)
+        first, unknown = self.mode(), self.noise_prior
+        if not unknown:
+            require_mode(self, first.theta)
+            return Laplace.at(first.theta, self.laplace_covariance(first))
+        spread = np.array([parameter.spread for parameter in unknown])
+        start = np.append(first.theta, [p.free_median(self.noise) for p in unknown])
+        unit = np.append(np.sqrt(np.diag(self.laplace_covariance(first))), spread)
+        uncut = self if self.box is None else dataclasses.replace(self, box=None)
+        mode = climb(uncut, start, unit)
+        require_mode(self, mode)
+        fixed = WeightedFit(self.problem, self.law(mode), self.prior)
+        known = fixed.hessian(fixed.mode(mode[: self.dim_theta]))
+        return Laplace.at(mode, joint_covariance(self, mode, known, 1e-4 * spread))
 
     # -- details -----------------------------------------------------------------------
 
@@ -245,21 +262,28 @@ class Posterior(Reweighted):
     def _log_det(self) -> float:
         return float(self.rows.log_det.sum())
 
-    def _row_blocks(self, thetas: int) -> list[WhitenedRows]:
-        rows = self.rows
-        n, width = len(rows.size), int(rows.size.max())
-        length = max(1, _CHUNK // max(1, thetas * width))
-        edges = np.arange(0, n, length)
-        if thetas * n * width > _WORTH_SORTING:
-            # where rows of one size lie together, laws compute one normaliser for each size
-            changes = np.flatnonzero(np.diff(rows.size)) + 1
-            edges = np.union1d(edges, changes) if len(changes) <= width else edges
-        if len(edges) == 1:
-            return [rows]
-        return [rows.part(slice(a, b)) for a, b in zip(edges, [*edges[1:], n], strict=True)]
+
+def _check_noise_prior(noise: NoiseLaw, noise_prior: tuple[NoiseParameter, ...]) -> None:
+    """Raise unless the law has a density and each parameter, and each has one prior."""
+    names = [parameter.name for parameter in noise_prior]
+    if len(set(names)) != len(names):
+        raise InvalidInputError(f"a noise parameter has two priors: {names}.")
+    for parameter in noise_prior:
+        parameter.check(noise)
+    if noise_prior and not noise.proper:
+        raise ImproperLawError(
+            f"{type(noise).__name__} has no density, so its parameters have no posterior. Take a "
+            "proper law."
+        )
 
 
-def _sizes(rows: WhitenedRows) -> IntArray | int:
-    """Sizes of rows, one number where they are all the same: laws then compute one normaliser."""
-    size = rows.size
-    return int(size[0]) if size.min() == size.max() else size
+def _checked_box(given: FloatArray, names: tuple[str, ...]) -> FloatArray:
+    """Bounds (p, 2) of the unknowns."""
+    box = np.asarray(given, dtype=float)
+    fits = box.shape == (len(names), 2) and not np.isnan(box).any()
+    if not fits or np.any(box[:, 0] >= box[:, 1]):
+        raise InvalidInputError(
+            f"box must be ({len(names)}, 2), lower below upper, for {', '.join(names)}; got "
+            f"{box.tolist()}."
+        )
+    return box

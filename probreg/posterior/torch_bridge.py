@@ -6,17 +6,17 @@ import random
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from probreg import extras
+from probreg.noise import NoiseLaw
+from probreg.posterior.density import Density
+from probreg.prior import GaussianPrior, NoiseParameter
 from probreg.typing import FloatArray
 
-if TYPE_CHECKING:
-    from probreg.posterior.posterior import Posterior
-
-Density = Callable[[FloatArray], tuple[Any, FloatArray]]
+Slope = Callable[[FloatArray], tuple[Any, FloatArray]]
 
 
 @cache
@@ -28,8 +28,8 @@ def _function() -> Any:
         """Value and gradient of one state (d,)."""
 
         @staticmethod
-        def forward(ctx: Any, x: Any, density: Density) -> Any:
-            value, slope = density(x.detach().numpy())
+        def forward(ctx: Any, x: Any, function: Slope) -> Any:
+            value, slope = function(x.detach().numpy())
             ctx.slope = torch.from_numpy(slope)
             return torch.tensor(float(value), dtype=torch.float64)
 
@@ -40,10 +40,10 @@ def _function() -> Any:
     return NumpyDensity
 
 
-def as_torch(density: Density) -> Callable[[Any], Any]:
-    """Make a torch function of a density that gives its value and gradient (d,) at (d,)."""
-    function = _function()
-    return lambda x: function.apply(x, density)
+def as_torch(function: Slope) -> Callable[[Any], Any]:
+    """Make a torch function of one that gives its value and gradient (d,) at (d,)."""
+    wrapped = _function()
+    return lambda x: wrapped.apply(x, function)
 
 
 @contextmanager
@@ -65,34 +65,39 @@ def borrowed_torch(seed: int) -> Iterator[None]:
         random.setstate(states[2])
 
 
-def pyro_model(posterior: Posterior) -> Callable[[], None]:
-    """An ordinary Pyro model of a posterior."""
+def pyro_model(
+    density: Density,
+    prior: GaussianPrior | None,
+    noise: NoiseLaw,
+    noise_prior: tuple[NoiseParameter, ...],
+) -> Callable[[], None]:
+    """An ordinary Pyro model of a posterior density, its priors as sites of their own."""
     extras.require("nuts", "A Pyro model")
     import pyro
     import torch
     from pyro import distributions as dist
 
-    rows = as_torch(posterior.likelihood_and_grad)
-    p = posterior.dim_theta
-    if posterior.prior is None:
-        prior: Any = dist.ImproperUniform(dist.constraints.real_vector, (), (p,))
+    rows = as_torch(density.likelihood_and_grad)
+    p = density.dim - len(noise_prior)
+    if prior is None:
+        theta: Any = dist.ImproperUniform(dist.constraints.real_vector, (), (p,))
     else:
-        mean, covariance = posterior.prior.mean, posterior.prior.covariance
-        prior = dist.MultivariateNormal(torch.tensor(mean), torch.tensor(covariance))
+        mean, covariance = torch.tensor(prior.mean), torch.tensor(prior.covariance)
+        theta = dist.MultivariateNormal(mean, covariance)
 
     def model() -> None:
-        parts = [pyro.sample("theta", prior).double()]
-        for parameter in posterior.noise_prior:
+        parts = [pyro.sample("theta", theta).double()]
+        for parameter in noise_prior:
             name = f"noise.{parameter.name}"
-            support = posterior.noise.supports[parameter.name]
-            centre = torch.tensor(parameter.free_median(posterior.noise), dtype=torch.float64)
+            support = noise.supports[parameter.name]
+            centre = torch.tensor(parameter.free_median(noise), dtype=torch.float64)
             free = pyro.sample(f"{name}.free", dist.Normal(centre, parameter.spread))
             natural = torch.sigmoid(free) if support.share else support.lower + torch.exp(free)
             pyro.deterministic(name, natural)
             parts.append(free.reshape(1))
         x = torch.cat(parts)
-        if posterior.box is not None:
-            inside = bool(posterior.inside(x.detach().numpy()))
+        if density.box is not None:
+            inside = bool(density.inside(x.detach().numpy()))
             pyro.factor("box", torch.tensor(0.0 if inside else -np.inf, dtype=torch.float64))
         pyro.factor("rows", rows(x))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.noise import NoiseLaw
-from probreg.posterior.reweighting import Reweighted
+from probreg.posterior import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem
 from probreg.problems.recording import RecordingProblem
@@ -30,7 +30,7 @@ def settle(
     """
     for k in range(_PASSES):
         linear = problem.linearise(theta)
-        fit = Reweighted(linear, law, prior)
+        fit = WeightedFit(linear, law, prior)
         mode = fit.mode(theta if near or k else None, tolerance=_STEP)
         step, theta = mode.theta - theta, mode.theta
         precision = fit.normal_matrix(linear.whitened(), mode.weights)

@@ -9,7 +9,7 @@ from scipy import stats
 
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.noise import NoiseLaw
-from probreg.posterior.reweighting import Reweighted
+from probreg.posterior import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem
 from probreg.problems.recording import RecordingProblem
@@ -93,7 +93,7 @@ def held_out(
         return None
     fit, held = split_targets(problem.plan.target, share, rng)
     try:
-        theta = Reweighted(some_rows(linear, fit), law, prior).mode().theta
+        theta = WeightedFit(some_rows(linear, fit), law, prior).mode().theta
     except (InvalidInputError, UnobservableError):
         return None
     after = some_rows(linear, held)

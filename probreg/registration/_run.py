@@ -11,8 +11,8 @@ import numpy as np
 from probreg.association import associate, doubts
 from probreg.errors import InvalidInputError
 from probreg.noise import NoiseLaw, StudentT
+from probreg.posterior import WeightedFit
 from probreg.posterior.posterior import Posterior
-from probreg.posterior.reweighting import Reweighted
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem
 from probreg.problems.recording import RecordingProblem
@@ -215,7 +215,7 @@ def _draw(posterior: Posterior, num_draws: int, rng: np.random.Generator) -> Dra
 
 
 def _information(linear: LinearProblem, law: NoiseLaw, prior: GaussianPrior) -> FloatArray:
-    fit = Reweighted(linear, law, prior)
+    fit = WeightedFit(linear, law, prior)
     return fit.normal_matrix(linear.whitened(), fit.mode().weights) - prior.precision
 
 

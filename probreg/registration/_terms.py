@@ -10,7 +10,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.noise import NoiseLaw, StudentT
-from probreg.posterior.reweighting import Reweighted
+from probreg.posterior import WeightedFit
 from probreg.prior import GaussianPrior
 from probreg.problems.recording import RecordingProblem, plan_rows
 from probreg.recordings import Recording, Setup
@@ -101,7 +101,7 @@ def _predicted(problem: RecordingProblem, fold: IntArray, law: NoiseLaw) -> Floa
     score = np.zeros(len(fold))
     for k in np.unique(fold):
         held = fold == k
-        theta = Reweighted(some_rows(linear, np.flatnonzero(~held)), law, prior).mode().theta
+        theta = WeightedFit(some_rows(linear, np.flatnonzero(~held)), law, prior).mode().theta
         score[held] = log_score(some_rows(linear, np.flatnonzero(held)), law, theta)
     return score
 

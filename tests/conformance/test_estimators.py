@@ -15,6 +15,7 @@ from probreg import (
     BearingSensor,
     GaussianPrior,
     LinearProblem,
+    Posterior,
     Radar2D,
     ReportProblem,
     UnobservableError,
@@ -226,3 +227,15 @@ def test_bearings_along_the_track_are_refused(estimator):
     problem = BearingProblem.of(BearingReports(sensor, noise, own))
     with pytest.raises(UnobservableError, match=r"across the line of sight"):
         estimator.estimate(problem, rng=rng())
+
+
+@pytest.mark.parametrize("estimator", ANY, ids=repr)
+def test_no_estimator_builds_a_posterior(estimator, monkeypatch):
+    def refuse(self):
+        raise AssertionError("a density was built")
+
+    monkeypatch.setattr(Posterior, "__post_init__", refuse)
+    problem, _ = linear_problem(6, n=90)
+    estimator.estimate(problem, rng=rng())
+    with pytest.raises(AssertionError, match="a density"):  # negative control
+        Posterior(problem, LAWS[0])

@@ -134,7 +134,7 @@ def test_a_bearing_bias_is_estimated_with_the_position():
 def test_compiled_filter_is_the_same_code_in_plain_python(law, monkeypatch):
     problem, _ = scene()
     compiled = ExtendedKalman(law).estimate(problem)
-    for name in ("_predict", "_update"):
+    for name in ("_predict", "_repeat", "_update"):
         monkeypatch.setattr(ekf, name, getattr(ekf, name).py_func)
     plain = ekf.filter_bearings.py_func
     monkeypatch.setattr("probreg.estimators.extended_kalman.filter_bearings", plain)

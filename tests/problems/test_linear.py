@@ -187,7 +187,7 @@ class TestPosterior:
         posterior = Posterior(self.problem, StudentT(4.0), self.prior)
         thetas = np.random.default_rng(2).normal(size=(7, 4))
         whole, slope = posterior.log_prob(thetas), posterior.grad_log_prob(thetas)
-        monkeypatch.setattr("probreg.posterior.posterior._CHUNK", 50)
+        monkeypatch.setattr("probreg.posterior._blocks._CHUNK", 50)
         np.testing.assert_allclose(posterior.log_prob(thetas), whole)
         np.testing.assert_allclose(posterior.grad_log_prob(thetas), slope)
 

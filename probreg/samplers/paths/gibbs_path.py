@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise import ScaleMixture
+from probreg.noise import ScaleMixture, per_component
 from probreg.posterior.path_posterior import PathPosterior
-from probreg.posterior.reweighting import per_component
 from probreg.samplers.paths._draws import PathDraws, require_paths
 from probreg.samplers.paths._step_scale import StepScale, redraw
 from probreg.typing import FloatArray

@@ -9,10 +9,9 @@ from scipy.special import logsumexp
 
 from probreg.errors import InvalidInputError
 from probreg.motion.trajectory import Trajectory
-from probreg.noise import NoiseLaw, ScaleMixture, StudentT, require_scalar_law
+from probreg.noise import NoiseLaw, ScaleMixture, StudentT, per_component, require_scalar_law
 from probreg.numerics import kalman
 from probreg.numerics.resampling import systematic
-from probreg.posterior.reweighting import per_component
 from probreg.samplers.scans import _particles
 from probreg.samplers.scans._target import require_scene
 from probreg.samplers.scans._track import Track

@@ -9,9 +9,9 @@ import numpy as np
 
 from probreg.errors import ImproperLawError, InvalidInputError
 from probreg.motion.trajectory import Trajectory
-from probreg.noise import Gaussian, NoiseLaw, compile_scalar, require_scalar_law
+from probreg.noise import Gaussian, NoiseLaw, require_scalar_law
 from probreg.numerics import kalman
-from probreg.samplers.scans._scan_chain import run_scan
+from probreg.samplers.scans._scan_chain import Rows, Walk, run_scan
 from probreg.samplers.scans._target import Memory, ScanPrior, ScanTarget, require_scene
 from probreg.samplers.scans._track import Track
 from probreg.samplers.scans.targets import Flat
@@ -120,22 +120,18 @@ class ScanMetropolis:
         box = self._box(model)
         start = self._start(model, box)
         x = start.copy()
-        kernel = compile_scalar(type(self.noise).kernel_function)
+        kernel, numbers = self.noise.compiled_kernel, self.noise.numbers
         draws = np.empty((T, self.steps, d))
-        members = np.zeros(self.steps, dtype=np.int64)
         accepted, memory = np.zeros(T), Memory(None)
         last = np.empty((T, d))
         for t in range(T):
             prior = self._prior(model, t, memory)
             if not self.warm_start:
                 x[:] = start
-            v, A, size = self._rows(model, t)
-            taken = run_scan(
-                rng, v, A, size, kernel, self.noise.constants, float(self.noise.unit),
-                self.target.sign, np.ascontiguousarray(prior.centres), prior.root, box,
-                self.share_global, self._steps(A, size, prior), self.gamma, x, 0, draws[t],
-                members,
-            )  # fmt: skip
+            rows = self._rows(model, t)
+            step = self._steps(rows.A, rows.size, prior)
+            walk = Walk(box, self.share_global, step, self.gamma, self.target.sign)
+            taken = run_scan(rng, rows, kernel, numbers, prior, walk, x, draws[t])
             accepted[t], last[t] = taken / self.steps, x
             memory = Memory(draws[t, self.burn_in :])
         kept = draws[:, self.burn_in :]
@@ -154,20 +150,21 @@ class ScanMetropolis:
                 f"1; under {self.noise!r} take AllScans, or GaussianMemory for a drift."
             )
 
-    def _rows(self, model: Trajectory, t: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Reported rows (n, width), slopes (n, width, d) and sizes (n,) that a scan looks at."""
+    def _rows(self, model: Trajectory, t: int) -> Rows:
+        """Reported rows that a scan looks at."""
         v, A, _ = model.whitened
         assert model.present is not None
         width, d = 1 if self.noise.componentwise else model.width, A.shape[2]
         used = slice(self.target.first(t), t + 1)
         size = model.present[used].reshape(-1, width).sum(axis=1)
         seen = size > 0.0
-        rows, slopes = v[used].reshape(-1, width)[seen], A[used].reshape(-1, width, d)[seen]
-        return rows, slopes, size[seen]
+        flat, slopes = v[used].reshape(-1, width)[seen], A[used].reshape(-1, width, d)[seen]
+        return Rows(flat, slopes, size[seen])
 
     def _prior(self, model: Trajectory, t: int, memory: Memory) -> ScanPrior:
         try:
-            return self.target.prior(model, t, memory)
+            found = self.target.prior(model, t, memory)
+            return ScanPrior(np.ascontiguousarray(found.centres), found.root)
         except np.linalg.LinAlgError:
             raise InvalidInputError(
                 f"the draws of scan {t - 1} span no volume: its chain hardly moved, and nothing "

@@ -9,7 +9,8 @@ import numpy as np
 from scipy import linalg
 
 from probreg.errors import InvalidInputError, UnobservableError
-from probreg.noise import Gaussian, Hyperbolic, NoiseLaw, require_law
+from probreg.noise import Gaussian, Hyperbolic, NoiseLaw, per_component, require_law
+from probreg.numerics.linalg import spd_inverse, spd_solve
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem, Problem, Whitened
 from probreg.typing import FloatArray
@@ -43,10 +44,24 @@ class Mode:
 
 
 @dataclass(frozen=True, eq=False)
-class Reweighted:
-    """Rows under a noise law, with an optional Gaussian prior: the half that needs no density.
+class WeightedFit:
+    """Rows under a noise law's weights, with an optional Gaussian prior: no density is needed.
 
-    Parameters and errors are those of `Posterior`, of which this is the base.
+    Parameters
+    ----------
+    problem : Problem
+        Linear or nonlinear.
+    noise : NoiseLaw
+        Law of the whitened residuals, proper or not.
+    prior : GaussianPrior, optional
+        On the unknowns; by default flat, and the data must then determine them.
+
+    Raises
+    ------
+    InvalidInputError
+        Not a law, not a prior, or a prior whose length does not fit.
+    UnobservableError
+        Without a prior: combinations that the data do not determine, by name.
     """
 
     problem: Problem
@@ -54,6 +69,8 @@ class Reweighted:
     prior: GaussianPrior | None = None
 
     def __post_init__(self) -> None:
+        if self.prior is not None and not isinstance(self.prior, GaussianPrior):
+            raise InvalidInputError(f"prior is {self.prior!r}; a GaussianPrior is needed.")
         require_law(self.noise)
         if self.prior is not None:
             self.prior.check(self.problem.names)
@@ -131,6 +148,19 @@ class Reweighted:
             spread = spread + self.prior.root_precision.T @ self.prior.root_precision
         return bread @ spread @ bread
 
+    def solve(self, rows: Whitened, weights: FloatArray) -> FloatArray:
+        """Weighted least squares with the prior: weights (n,) or (n, M), theta (p,)."""
+        return self._solve(self.normal_matrix(rows, weights), rows, weights)
+
+    def normal_matrix(self, rows: Whitened, weights: FloatArray) -> FloatArray:
+        """A'WA plus the prior precision, shape (p, p)."""
+        flat = rows.A.reshape(-1, rows.A.shape[-1])
+        matrix = (flat * per_component(weights, rows.v).reshape(-1, 1)).T @ flat
+        if self.prior is not None:
+            root = self.prior.root_precision
+            matrix = matrix + root.T @ root
+        return matrix
+
     # -- details -----------------------------------------------------------------------
 
     @cached_property
@@ -152,7 +182,7 @@ class Reweighted:
             theta = self.solve(self._at_start.whitened(), np.ones(len(self._at_start.y)))
         else:
             scale = self.noise.unit if np.ndim(self.noise.unit) == 0 else 1.0
-            smooth = Reweighted(self._at_start, Hyperbolic(0.1, scale=scale), self.prior)
+            smooth = WeightedFit(self._at_start, Hyperbolic(0.1, scale=scale), self.prior)
             theta = smooth._find_mode(None, max_iterations, 1e-2).theta
         iterations, passes, settled = 0, 0, False
         # where nonlinear steps diverge they are halved: the objective falls from pass to pass
@@ -205,26 +235,20 @@ class Reweighted:
                 return theta, weights, step, True
         return theta, weights, limit, False
 
-    def solve(self, rows: Whitened, weights: FloatArray) -> FloatArray:
-        """Weighted least squares with the prior: weights (n,) or (n, M), theta (p,)."""
-        return self._solve(self.normal_matrix(rows, weights), rows, weights)
-
     def _solve(self, matrix: FloatArray, rows: Whitened, weights: FloatArray) -> FloatArray:
         weighted = per_component(weights, rows.v) * rows.v
         right = rows.A.reshape(-1, rows.A.shape[-1]).T @ weighted.ravel()
         if self.prior is not None:
             root = self.prior.root_precision
             right = right + root.T @ (root @ self.prior.mean)
-        return _spd_solve(matrix, right)
-
-    def normal_matrix(self, rows: Whitened, weights: FloatArray) -> FloatArray:
-        """A'WA plus the prior precision, shape (p, p)."""
-        flat = rows.A.reshape(-1, rows.A.shape[-1])
-        matrix = (flat * per_component(weights, rows.v).reshape(-1, 1)).T @ flat
-        if self.prior is not None:
-            root = self.prior.root_precision
-            matrix = matrix + root.T @ root
-        return matrix
+        try:
+            return spd_solve(matrix, right)
+        except linalg.LinAlgError as error:
+            raise UnobservableError(
+                "the rows that keep weight do not determine the unknowns. If the noise law "
+                "rejects rows, it rejects too much from this start: start from a robust fit (Lms, "
+                "Hyperbolic) or raise its threshold. Otherwise add targets or give a prior."
+            ) from error
 
 
 def _rests(new: FloatArray, old: FloatArray, precision: FloatArray, tolerance: float) -> bool:
@@ -233,42 +257,3 @@ def _rests(new: FloatArray, old: FloatArray, precision: FloatArray, tolerance: f
     if bool(np.all(np.abs(step) <= 4.0 * np.finfo(float).eps * np.abs(new))):
         return True
     return float(np.sqrt(max(float(step @ precision @ step), 0.0))) < tolerance
-
-
-def per_component(weights: FloatArray, v: FloatArray) -> FloatArray:
-    """Weights (..., n) or (..., n, M) as an array that multiplies v (..., n, M)."""
-    per_row = weights[..., None] if weights.ndim < v.ndim else weights
-    return np.broadcast_to(per_row, v.shape)
-
-
-def _equilibrated(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    diagonal = np.diag(matrix)
-    if not np.all(diagonal > 0.0):
-        raise linalg.LinAlgError("a diagonal entry is zero or negative")
-    scale = np.sqrt(diagonal)
-    return linalg.cholesky(matrix / np.outer(scale, scale), lower=True), scale
-
-
-def _spd_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    try:
-        root, scale = _equilibrated(matrix)
-    except linalg.LinAlgError as error:
-        raise UnobservableError(
-            "the rows that keep weight do not determine the unknowns. If the noise law rejects "
-            "rows, it rejects too much from this start: start from a robust fit (Lms, "
-            "Hyperbolic) or raise its threshold. Otherwise add targets or give a prior."
-        ) from error
-    return linalg.cho_solve((root, True), right / scale) / scale
-
-
-def spd_inverse(matrix: FloatArray) -> FloatArray:
-    """Inverse of a symmetric positive definite matrix of very different diagonal entries.
-
-    Raises
-    ------
-    scipy.linalg.LinAlgError
-        Not positive definite.
-    """
-    root, scale = _equilibrated(matrix)
-    inverse = linalg.cho_solve((root, True), np.eye(len(matrix)))
-    return inverse / np.outer(scale, scale)
