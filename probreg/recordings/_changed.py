@@ -44,4 +44,9 @@ def write_changed(
     moved = change(numbered, setup, theta)
     order = moved.target
     named = dataclasses.replace(moved, target=recording.target[order], labels=recording.labels)
-    source.write_changed(path, named, order, setup)
+    if source.writer is None:
+        from probreg.recordings import new_table  # loads pandas
+
+        new_table.create(path, named, setup)
+    else:
+        source.writer(Path(path), named, order, setup)

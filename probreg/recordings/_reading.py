@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
 from probreg.typing import IntArray
+
+# writes a recording that was changed in time and values to a path, in the form it was read from;
+# the array says which report of the reading each of its reports is
+Writer = Callable[[Path, Recording, IntArray, Setup], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,11 +25,14 @@ class Reading:
     recording : Recording
     notes : tuple of str
         What the reader of results should know: columns not used, rows put in order.
+    writer : callable, optional
+        Of formats that are written too; what others gave is written as a new table.
     """
 
     path: Path
     recording: Recording
     notes: tuple[str, ...]
+    writer: Writer | None = None
 
     def row_name(self, report: int) -> str:
         """What the reader of the file knows a report by, as errors name it too."""
@@ -34,27 +42,3 @@ class Reading:
     def changed_ending(self) -> str:
         """Ending of the file that `write_changed` writes."""
         return ".csv"
-
-    def write_changed(
-        self, path: str | Path, changed: Recording, order: IntArray, setup: Setup
-    ) -> None:
-        """Write what the recording became; of formats that are only read, as a new table.
-
-        Parameters
-        ----------
-        path : str or Path
-        changed : Recording
-            Changed in time and values.
-        order : ndarray of int, shape (n,)
-            Which report of the reading each report of `changed` is.
-        setup : Setup
-            With which it was read.
-
-        Raises
-        ------
-        InvalidInputError
-            A path that cannot be written, or has another ending.
-        """
-        from probreg.recordings import new_table  # loads pandas
-
-        new_table.create(path, changed, setup)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -15,13 +14,11 @@ from probreg.recordings._heights import places, slanted
 from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
+from probreg.recordings._table_reading import TableReading
 from probreg.recordings.files import replacing
 from probreg.sensors import Sensor
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from probreg.recordings._table import TableReading
 
 
 def rewrite(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,65 +11,17 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
 from probreg.recordings._heights import bring_down
-from probreg.recordings._reading import Reading
 from probreg.recordings._recording import Recording
 from probreg.recordings._rewriting import rewrite
 from probreg.recordings._rows import Rows
 from probreg.recordings._setup import Setup
 from probreg.recordings._stream import Stream
+from probreg.recordings._table_reading import TableReading
 from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import IntArray
 
 ROW_LIMIT = 10_000_000
 DAY_S = 86_400.0
-
-
-@dataclass(frozen=True, eq=False)
-class TableReading(Reading):
-    """What a table gave, and what is needed to write it again.
-
-    Attributes
-    ----------
-    path, recording, notes
-        See `Reading`.
-    stream : Stream
-        By which the table is read and rewritten.
-    rows : ndarray of int, shape (n,)
-        Row of the file, from 0, that each report was in.
-    signed : bool
-        Whether the file has azimuths below zero, rather than from 0 to 360 degrees.
-    height_m : ndarray, shape (n,), optional
-        Of the target of each report, where it was used to read it; else NaN.
-    geodetic : bool
-        Whether position sensors report in latitude, longitude and height.
-    """
-
-    stream: Stream
-    rows: IntArray
-    signed: bool
-    height_m: FloatArray | None = None
-    geodetic: bool = False
-
-    def row_name(self, report: int) -> str:
-        """Line or row of the file."""
-        return self._row_names(int(self.rows[report]))
-
-    @cached_property
-    def _row_names(self) -> Callable[[int], str]:
-        return self.stream.row_names(self.path)
-
-    @property
-    def changed_ending(self) -> str:
-        """That of the file."""
-        return self.path.suffix.lower()
-
-    def write_changed(
-        self, path: str | Path, changed: Recording, order: IntArray, setup: Setup
-    ) -> None:
-        """Write a table of the same form, see `probreg.recordings.table.write`."""
-        limit = len(changed)
-        now = read_table(self.stream, self.path, setup, row_limit=limit, trust_units=True)
-        rewrite(now, path, changed, setup, self.rows[order])
 
 
 def read_table(
@@ -110,12 +60,27 @@ def _read(rows: Rows, row_limit: int, trust_units: bool) -> TableReading:
         rows.path,
         recording,
         (*notes, *said),
-        rows.stream,
-        order,
-        bool((cells < 0.0).any()),
-        None if height is None else height[order],
-        rows.geodetic,
+        partial(_write_changed, rows.stream, rows.path, order),
+        stream=rows.stream,
+        rows=order,
+        signed=bool((cells < 0.0).any()),
+        height_m=None if height is None else height[order],
+        geodetic=rows.geodetic,
     )
+
+
+def _write_changed(
+    stream: Stream,
+    like: Path,
+    rows: IntArray,
+    path: Path,
+    changed: Recording,
+    order: IntArray,
+    setup: Setup,
+) -> None:
+    """Write a table of the same form, see `probreg.recordings.table.write`."""
+    now = read_table(stream, like, setup, row_limit=len(changed), trust_units=True)
+    rewrite(now, path, changed, setup, rows[order])
 
 
 def _notes(rows: Rows, arrays: dict[str, Any]) -> tuple[str, ...]:

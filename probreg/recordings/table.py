@@ -21,7 +21,8 @@ from pathlib import Path
 from probreg.recordings._recording import Recording
 from probreg.recordings._rewriting import rewrite
 from probreg.recordings._setup import Setup
-from probreg.recordings._table import ROW_LIMIT, TableReading
+from probreg.recordings._table import ROW_LIMIT
+from probreg.recordings._table_reading import TableReading
 from probreg.recordings.formats import choose, known_formats
 from probreg.recordings.formats._table import TableFormat
 from probreg.typing import IntArray

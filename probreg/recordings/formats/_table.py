@@ -11,7 +11,8 @@ import pyarrow as pa
 
 from probreg.recordings._setup import Setup
 from probreg.recordings._stream import Change, RowName
-from probreg.recordings._table import ROW_LIMIT, TableReading, read_table
+from probreg.recordings._table import ROW_LIMIT, read_table
+from probreg.recordings._table_reading import TableReading
 from probreg.recordings.formats._format import RecordingFormat
 
 

@@ -1,0 +1,52 @@
+"""What a table of reports gave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+
+from probreg.recordings._reading import Reading
+from probreg.recordings._stream import Stream
+from probreg.typing import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class TableReading(Reading):
+    """What a table gave, and what is needed to write it again.
+
+    Attributes
+    ----------
+    path, recording, notes, writer
+        See `Reading`.
+    stream : Stream
+        By which the table is read and rewritten.
+    rows : ndarray of int, shape (n,)
+        Row of the file, from 0, that each report was in.
+    signed : bool
+        Whether the file has azimuths below zero, rather than from 0 to 360 degrees.
+    height_m : ndarray, shape (n,), optional
+        Of the target of each report, where it was used to read it; else NaN.
+    geodetic : bool
+        Whether position sensors report in latitude, longitude and height.
+    """
+
+    _: KW_ONLY
+    stream: Stream
+    rows: IntArray
+    signed: bool
+    height_m: FloatArray | None = None
+    geodetic: bool = False
+
+    def row_name(self, report: int) -> str:
+        """Line or row of the file."""
+        return self._row_names(int(self.rows[report]))
+
+    @cached_property
+    def _row_names(self) -> Callable[[int], str]:
+        return self.stream.row_names(self.path)
+
+    @property
+    def changed_ending(self) -> str:
+        """That of the file."""
+        return self.path.suffix.lower()
