@@ -46,7 +46,7 @@ class StudentT(ScaleMixture):
     componentwise: bool = False
 
     convex: ClassVar[bool] = False
-    supports: ClassVar[Mapping[str, Support]] = {"nu": POSITIVE, "scale": POSITIVE}
+    supports: ClassVar[Mapping[str, Support]] = {"nu": Support(spread=1.0), "scale": POSITIVE}
     weight_function: ClassVar[WeightFunction] = staticmethod(_weight)
     kernel_function: ClassVar[KernelFunction] = staticmethod(_log_kernel)
 
