@@ -86,12 +86,15 @@ def choose_law(
             notes.append(f"the law {name} could not be fitted and is left out: {error}")
     if not fitted:
         raise InvalidInputError("no noise law could be fitted: " + " ".join(notes))
-    if len(draws) < 2:
-        ranked = (Ranked(next(iter(fitted)), np.nan, 0.0, 0.0, 0),)
-    else:
-        ranked = tuple(compare_laws(draws))
-    best, rows = by_name[ranked[0].name], len(linear.y)
-    return Chosen(choice=best, fitted=fitted, ranked=ranked, rows=rows, notes=notes)
+    alone = Ranked(next(iter(fitted)), np.nan, 0.0, 0.0, 0)
+    ranked = compare_laws(draws) if len(draws) > 1 else [alone]
+    return Chosen(
+        choice=by_name[ranked[0].name],
+        fitted=fitted,
+        ranked=tuple(ranked),
+        rows=len(linear.y),
+        notes=notes,
+    )
 
 
 def law_at(posterior: Posterior, x: FloatArray) -> NoiseLaw:

@@ -96,11 +96,11 @@ def score(
     before = problem.take(held).linearise(problem.start)
     zero = np.zeros(len(theta))
     scores = log_score(before, law, zero), log_score(after, law, theta)
-    known, own = np.unique(problem.plan.target[held], return_inverse=True)
+    targets, own = np.unique(problem.plan.target[held], return_inverse=True)
     metres = np.where(problem.metric[held], 1.0, np.nan)
     return HeldOut(
         rows=held,
-        targets=len(known),
+        targets=len(targets),
         before_m=metres * _rms(before.residual(zero), before.size),
         after_m=metres * _rms(after.residual(theta), after.size),
         before_sd=_rms(before.whitened().residual(zero), before.size),

@@ -82,11 +82,10 @@ def pool(
     whole_number("num_draws", num_draws)
     log_grid = _log_grid(mean, sd, spread_sd)
     grid = np.exp(log_grid)
-    centre, variance, log_weight = _given_spread(mean, sd, grid, common_sd)
-    log_weight = log_weight - 0.5 * (grid / spread_sd) ** 2 + log_grid
+    centre, variance, value = _given_spread(mean, sd, grid, common_sd)
+    log_weight = value - 0.5 * (grid / spread_sd) ** 2 + log_grid
     chosen = rng.choice(_GRID, num_draws, p=np.exp(log_weight - logsumexp(log_weight)))
-    width = log_grid[1] - log_grid[0]
-    spread = grid[chosen] * np.exp(width * (rng.random(num_draws) - 0.5))
+    spread = grid[chosen] * np.exp((log_grid[1] - log_grid[0]) * (rng.random(num_draws) - 0.5))
     common = centre[chosen] + np.sqrt(variance[chosen]) * rng.standard_normal(num_draws)
     precision = 1.0 / sd**2 + 1.0 / spread[:, None] ** 2
     middle = (mean / sd**2 + common[:, None] / spread[:, None] ** 2) / precision
