@@ -8,6 +8,7 @@ from __future__ import annotations
 import datetime
 import signal
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -103,11 +104,10 @@ class Request(NamedTuple):
     overwrite: Overwrite = False
     quiet: Quiet = False
 
-    @property
-    def settings(self) -> dict[str, Any]:
+    def settings(self, laws: Sequence[LawChoice]) -> dict[str, Any]:
         """What the result depends on besides the files and the seed."""
         return {
-            "law": ", ".join(self.law or ["all"]),
+            "law": ", ".join(choice.name for choice in laws),
             "draws": self.draws,
             "holdout": self.holdout,
             "compare": self.compare,
@@ -141,20 +141,17 @@ def _register(request: Request) -> Registration:
 
         with page.result_folder(request.out, "register", overwrite=request.overwrite) as part:
             rng = np.random.default_rng(seed)
-            options: dict[str, Any] = {
-                "laws": _laws(request.law),
-                "num_draws": request.draws,
-                "holdout": request.holdout,
-            }
+            laws = _laws(request.law)
+            options: dict[str, Any] = {"num_draws": request.draws, "holdout": request.holdout}
             setup = setup_file.read(sensors)
             source = page.read_source(recording, setup, trust_units=request.trust_units)
             told("read")
             reports = source.reading.recording
-            found = chain.register(reports, setup, rng=rng, on_step=told, **options)
+            found = chain.register(reports, setup, rng=rng, laws=laws, on_step=told, **options)
             terms = _compared(found, rng) if request.compare else []
             told("terms")
-            files = (recording, sensors)
-            provenance = _provenance(seed, request.settings, files, started, source)
+            settings, files = request.settings(laws), (recording, sensors)
+            provenance = _provenance(seed, settings, files, started, source)
             page.fill(found, part, source=source, provenance=provenance, terms=terms)
             told("report")
     return found
