@@ -19,7 +19,7 @@ from typing import Any
 import joblib
 import numpy as np
 import xarray as xr
-from filelock import FileLock, Timeout
+from filelock import AcquireReturnProxy, FileLock, Timeout
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -84,36 +84,45 @@ def run_study(
     folder = root / study.name / label
     resolved = json.loads(json.dumps(config.resolved()))
     made_with = provenance()
-    manifest = read_manifest(folder)
-    if manifest is not None and manifest["config"] != resolved:
-        raise StudyError(
-            f"{folder} was made with other settings than these. Delete it, or give another "
-            "folder with --results."
-        )
+    manifest = _earlier(folder, resolved)
     current = manifest is not None and manifest["code"] == made_with["code"]
     if manifest is not None and manifest["status"] == "complete" and current:
         require_intact(folder, manifest)
         console.print(f"{study.name} {label}: already there")
         return folder
     prepare_folder(folder)
-    try:
-        lock = FileLock(folder / ".lock").acquire(timeout=0)
-    except Timeout:
-        raise StudyError(
-            f"another process is running {study.name} {label} in {folder}. Wait for it, or give "
-            "another folder with --results."
-        ) from None
-    with lock:
+    with _locked(folder, f"{study.name} {label}"):
         if manifest is not None and not current:
             console.print(f"{study.name} {label}: the code has changed since, computed anew")
             for part in folder.glob("parts/*.nc"):
                 part.unlink()
-        _run(study, label, config, folder, jobs, console, {
-            "study": study.name, "label": label, "config": resolved, "status": "running",
-            "wall_time_s": float(manifest["wall_time_s"]) if manifest and current else 0.0,
-            **made_with,
-        })  # fmt: skip
+        spent = float(manifest["wall_time_s"]) if manifest and current else 0.0
+        opening = {"study": study.name, "label": label, "config": resolved, "status": "running"}
+        made = {**opening, "wall_time_s": spent, **made_with}
+        _run(study, label, config, folder, jobs, console, made)
     return folder
+
+
+def _earlier(folder: Path, resolved: dict[str, Any]) -> dict[str, Any] | None:
+    """The manifest of an earlier run with the same settings, None where there was no run."""
+    manifest = read_manifest(folder)
+    if manifest is not None and manifest["config"] != resolved:
+        raise StudyError(
+            f"{folder} was made with other settings than these. Delete it, or give another "
+            "folder with --results."
+        )
+    return manifest
+
+
+def _locked(folder: Path, name: str) -> AcquireReturnProxy:
+    """The folder's lock, held until the context ends."""
+    try:
+        return FileLock(folder / ".lock").acquire(timeout=0)
+    except Timeout:
+        raise StudyError(
+            f"another process is running {name} in {folder}. Wait for it, or give another folder "
+            "with --results."
+        ) from None
 
 
 def _run(

@@ -8,12 +8,14 @@ from __future__ import annotations
 import datetime
 import signal
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 import probreg
+from probreg.cli._options import NamesLaws, flat
 from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, plain_errors, progress
 from probreg.errors import InvalidInputError
 
@@ -80,90 +82,78 @@ def _common(
     """Sensor registration as probabilistic inference."""
 
 
-@app.command(epilog=EXIT_CODES)
-def register(
-    recording: RecordingPath,
-    sensors: SensorsPath,
-    out: OutFolder,
+class Request(NamedTuple):
+    """What `register` is asked to do."""
+
+    recording: RecordingPath
+    sensors: SensorsPath
+    out: OutFolder
     law: Annotated[
         list[str] | None,
         typer.Option(
-            help="Noise law; may be repeated, several are compared. Default: all there are."
+            help="Noise law; may be repeated, several are compared. Known: {known}. Default: "
+            "{compared}."
         ),
-    ] = None,
-    draws: Annotated[int, typer.Option(min=100, help="Posterior draws.")] = 2_000,
-    holdout: Annotated[
-        float, typer.Option(help="Share of the targets held out for scoring.")
-    ] = 0.2,
+    ] = None
+    draws: Annotated[int, typer.Option(min=100, help="Posterior draws.")] = 2_000
+    holdout: Annotated[float, typer.Option(help="Share of the targets held out for scoring.")] = 0.2
     compare: Annotated[
         bool, typer.Option("--compare", help="Try every further bias term there is.")
-    ] = False,
-    seed: Seed = 0,
-    trust_units: TrustUnits = False,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
+    ] = False
+    seed: Seed = 0
+    trust_units: TrustUnits = False
+    overwrite: Overwrite = False
+    quiet: Quiet = False
+
+    def settings(self, laws: Sequence[LawChoice]) -> dict[str, Any]:
+        """What the result depends on besides the files and the seed."""
+        return {
+            "law": ", ".join(choice.name for choice in laws),
+            "draws": self.draws,
+            "holdout": self.holdout,
+            "compare": self.compare,
+            "trust_units": self.trust_units,
+        }
+
+
+@app.command(epilog=EXIT_CODES, cls=NamesLaws)
+@flat
+def register(request: Request) -> None:
     """Estimate the biases of the sensors of a recording.
 
     Writes report.html, biases.csv, biases.json, posterior.nc, the corrected recording and
     manifest.json into a folder, all of them or none.
     """
-    settings = {
-        "law": ", ".join(law or ["all"]),
-        "draws": draws,
-        "holdout": holdout,
-        "compare": compare,
-    }
     with plain_errors():
-        found = _register(
-            recording,
-            sensors,
-            out,
-            laws=law,
-            options={"num_draws": draws, "holdout": holdout},
-            compare=compare,
-            seed=seed,
-            settings=settings | {"compare": compare, "trust_units": trust_units},
-            overwrite=overwrite,
-            quiet=quiet,
-        )
-        alarms = _conclude(found, out, quiet)
+        found = _register(request)
+        alarms = _conclude(found, request.out, request.quiet)
     raise typer.Exit(WARNINGS if alarms else 0)
 
 
-def _register(
-    recording: Path,
-    sensors: Path,
-    out: Path,
-    *,
-    laws: list[str] | None,
-    options: dict[str, Any],
-    compare: bool,
-    seed: int,
-    settings: dict[str, Any],
-    overwrite: bool,
-    quiet: bool,
-) -> Registration:
+def _register(request: Request) -> Registration:
     started = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-    with progress(quiet, compare) as told:
+    recording, sensors, seed = request.recording, request.sensors, request.seed
+    with progress(request.quiet, request.compare) as told:
         import numpy as np
 
         from probreg import page, recordings
         from probreg import registration as chain
         from probreg.recordings import setup_file
 
-        with page.result_folder(out, "register", overwrite=overwrite) as part:
+        with page.result_folder(request.out, "register", overwrite=request.overwrite) as part:
             page.check_writable(part)
             rng = np.random.default_rng(seed)
-            chosen = _laws(laws)
+            laws = _laws(request.law)
+            options: dict[str, Any] = {"num_draws": request.draws, "holdout": request.holdout}
             setup = setup_file.read(sensors)
-            source = recordings.read(recording, setup, trust_units=settings["trust_units"])
+            source = recordings.read(recording, setup, trust_units=request.trust_units)
             told("read")
             reports = source.recording
-            found = chain.register(reports, setup, rng=rng, laws=chosen, on_step=told, **options)
-            terms = _compared(found, rng) if compare else []
+            found = chain.register(reports, setup, rng=rng, laws=laws, on_step=told, **options)
+            terms = _compared(found, rng) if request.compare else []
             told("terms")
-            provenance = _provenance(seed, settings, (recording, sensors), started, source)
+            settings, files = request.settings(laws), (recording, sensors)
+            provenance = _provenance(seed, settings, files, started, source)
             page.fill(found, part, source=source, provenance=provenance, terms=terms)
             told("report")
     return found
@@ -179,14 +169,16 @@ def _provenance(
 
 
 def _laws(names: list[str] | None) -> tuple[LawChoice, ...]:
-    """The laws named, among those that registration offers."""
-    from probreg.registration import LAWS
+    """The laws named, by default those that registration compares."""
+    from probreg.registration import LAWS, known_laws
 
-    known = {choice.name: choice for choice in LAWS}
-    strange = [name for name in names or () if name not in known]
+    if not names:
+        return LAWS
+    known = known_laws()
+    strange = [name for name in names if name not in known]
     if strange:
         raise typer.BadParameter(f"no law {strange[0]!r}; known: {', '.join(known)}.")
-    return tuple(known[name] for name in names) if names else tuple(LAWS)
+    return tuple(known[name] for name in names)
 
 
 def _compared(found: Registration, rng: Any) -> list[RankedTerms]:

@@ -48,7 +48,7 @@ class NoiseLaw(ABC):
     unit_name : str
         Field that holds the common noise scale.
     supports : mapping of str to Support
-        Parameters that may be unknown, and where they may lie.
+        Parameters that may be unknown, where they may lie, and how wide their usual priors are.
     """
 
     proper: ClassVar[bool] = True

@@ -1,4 +1,4 @@
-"""Where a parameter of a noise law may lie, and its map to the whole line."""
+"""Where a parameter of a noise law may lie, its map to the whole line, its usual prior."""
 
 from __future__ import annotations
 
@@ -21,10 +21,14 @@ class Support:
     lower : float
     share : bool
         Whether the parameter is a share, in (0, 1).
+    spread : float
+        Standard deviation, in the free coordinate, of the prior that the parameter has unless
+        another is given; its median is the law's default.
     """
 
     lower: float = 0.0
     share: bool = False
+    spread: float = 0.5
 
     def holds(self, value: float) -> bool:
         """Whether a number lies inside."""
@@ -54,5 +58,5 @@ class Support:
 
 
 POSITIVE = Support()
-SHARE = Support(share=True)
-ABOVE_ONE = Support(lower=1.0)
+SHARE = Support(share=True, spread=1.0)
+ABOVE_ONE = Support(lower=1.0, spread=0.7)

@@ -38,7 +38,7 @@ class StudentT(ScaleMixture):
     componentwise: bool = False
 
     convex: ClassVar[bool] = False
-    supports: ClassVar[Mapping[str, Support]] = {"nu": POSITIVE, "scale": POSITIVE}
+    supports: ClassVar[Mapping[str, Support]] = {"nu": Support(spread=1.0), "scale": POSITIVE}
 
     def __post_init__(self) -> None:
         above_zero(self, nu=self.nu, scale=self.scale)

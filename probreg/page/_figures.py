@@ -22,6 +22,7 @@ BINS = 40
 def marginals(registration: Registration) -> list[Panel]:
     """Posterior of each bias with its intervals, one panel a bias."""
     half, most = registration.interval(0.5), registration.interval(0.9)
+    medians = registration.median
     numbers = registration.problem.model.numbers
     limits = {numbers[verdict.name]: verdict.limit for verdict in registration.verdicts}
     found = []
@@ -56,7 +57,7 @@ def marginals(registration: Registration) -> list[Panel]:
         low, high = bands[0]
         words = (
             f"Posterior of {name}: 90 % between {low:.6g} and {high:.6g} {shown.symbol}, median "
-            f"{np.median(draws):.6g} {shown.symbol}."
+            f"{shown.factor * medians[k]:.6g} {shown.symbol}."
         )
         found.append(panel(draw, words))
     return found

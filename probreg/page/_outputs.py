@@ -71,7 +71,7 @@ def write_json(path: Path, registration: Registration, terms: Sequence[RankedTer
         "format": JSON_FORMAT,
         "units": "SI: metres, radians, seconds; report = truth + bias + noise",
         "biases": bias_rows(registration),
-        "covariance": np.cov(registration.bias_draws.T).reshape(first, first).tolist(),
+        "covariance": registration.covariance.tolist(),
         "correlation": registration.correlation.tolist(),
         "noise": {
             "law": registration.laws[0].name,

@@ -16,7 +16,6 @@ from probreg.page._units import Number, number
 from probreg.page._words import Sentence, matters, sentences
 from probreg.problems.observability import Observability
 from probreg.registration import HeldOut, RankedTerms, Registration
-from probreg.registration.residuals import components, report_residuals
 
 
 def render(
@@ -115,10 +114,8 @@ def _strength(found: Observability) -> str | None:
 
 def _reports(registration: Registration) -> dict[str, Any]:
     """What concerns single reports, before and after correction."""
-    recording, problem = registration.recording, registration.problem
-    before = report_residuals(recording, registration.setup, problem.start)
-    after = report_residuals(recording, registration.setup, registration.mean)
-    found = components(recording, before, after)
+    recording, found = registration.recording, registration.components
+    before, after = registration.residuals_before, registration.residuals
     labels = recording.labels
 
     def label(target: int) -> str:
@@ -154,7 +151,7 @@ def _noise(registration: Registration, row_name: Callable[[int], str]) -> dict[s
         "noise": _tables.noise(registration),
         "outliers_known": known,
         "outliers": int((p > 0.5).sum()) if known else 0,
-        "outliers_expected": number(float(p.sum()), 1) if known else "not known",
+        "outliers_expected": number(registration.expected_outliers, 1) if known else "not known",
         "suspects": _tables.suspects(registration, row_name),
     }
 

@@ -85,9 +85,10 @@ def _scatter(one: Component, label: str, across: FloatArray) -> Panel:
         axes.set_ylim(low - margin, high + margin)
         axes.legend(loc="upper right", ncols=2, handlelength=1.2)
 
+    medians = [f"{shown.factor * when.median:.3g}" for when in one.spreads]
     words = (
-        f"Residual {one.name} of {one.sensor} against {label}: median {np.median(before):.3g} "
-        f"before, {np.median(after):.3g} {shown.symbol} after."
+        f"Residual {one.name} of {one.sensor} against {label}: median {medians[0]} before, "
+        f"{medians[1]} {shown.symbol} after."
     )
     return panel(draw, words)
 

@@ -11,7 +11,7 @@ from probreg.page._units import SHOWN, Number, decimals, number, percent
 from probreg.page._words import limit_text
 from probreg.posterior.posterior import Posterior
 from probreg.registration import Registration
-from probreg.registration.residuals import Component, spread
+from probreg.registration.residuals import Component
 from probreg.typing import FloatArray
 
 WORST = 20  # rows listed
@@ -164,7 +164,7 @@ def residuals(found: Sequence[Component]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for one in found:
         shown = SHOWN[one.unit]
-        before, after = spread(one.before), spread(one.after)
+        before, after = one.spreads
         places = decimals(shown.factor * after.sd)
         values = (before.median, after.median, before.sd, after.sd)
         cells = (number(shown.factor * value, places) for value in values)

@@ -2,7 +2,7 @@
 
 from probreg.registration._further import further_terms
 from probreg.registration._held_out import HeldOut
-from probreg.registration._laws import LAWS, LawChoice
+from probreg.registration._laws import LAWS, LawChoice, known_laws
 from probreg.registration._observed import Determined
 from probreg.registration._registration import Registration, Verdict
 from probreg.registration._run import STEPS, register
@@ -19,5 +19,6 @@ __all__ = [
     "Verdict",
     "compare_terms",
     "further_terms",
+    "known_laws",
     "register",
 ]

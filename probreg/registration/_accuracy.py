@@ -1,4 +1,4 @@
-"""Accuracies of single sensors, told from how their reports scatter about the others'."""
+"""Accuracies of single sensors, estimated from how their reports scatter about the others'."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from probreg.registration.residuals import (
     Between,
     Residuals,
     between,
-    report_residuals,
     spread,
 )
 from probreg.typing import FloatArray, IntArray
@@ -49,14 +48,13 @@ class Accuracy(NamedTuple):
     clear: bool
 
 
-def accuracies(recording: Recording, setup: Setup, theta: FloatArray) -> list[Accuracy]:
-    """Every accuracy that the recording tells, biases theta (p,) taken out.
+def accuracies(recording: Recording, setup: Setup, found: Residuals) -> list[Accuracy]:
+    """Every accuracy that the residuals after correction determine.
 
     A residual against the line between two reports of other sensors has the variance of the
     report, of the two, and of the path. One factor on every declared variance is fitted so that
     each component's standardised residuals spread by one, robustly.
     """
-    found = report_residuals(recording, setup, theta)
     firsts = np.cumsum([0, *(len(s.bias_names) for s in recording.sensors)])
     parts = _parts(recording, setup, found, firsts)
     factor, own_share, error = np.ones(firsts[-1]), np.zeros(firsts[-1]), np.zeros(firsts[-1])

@@ -10,14 +10,17 @@ import numpy as np
 
 from probreg.diagnostics import Ranked, compare_laws
 from probreg.errors import InvalidInputError
-from probreg.noise import Contaminated, NoiseLaw
+from probreg.noise import NoiseLaw
 from probreg.posterior.posterior import Posterior
 from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem
+from probreg.registration._fit import some_rows, thinned
+from probreg.registration._identities import Identified
 from probreg.registration._laws import LawChoice
 from probreg.samplers import Importance
 from probreg.typing import FloatArray
 
+LAW_ROWS = 2_000  # for the comparison of laws
 _DRAWS, _CHAINS = 100, 4
 
 
@@ -30,13 +33,28 @@ class Chosen(NamedTuple):
     fitted : dict of str to NoiseLaw
         Every law at its mode.
     ranked : tuple of Ranked
+    rows : int
+        Rows that the comparison is of.
     notes : list of str
     """
 
     choice: LawChoice
     fitted: dict[str, NoiseLaw]
     ranked: tuple[Ranked, ...]
+    rows: int
     notes: list[str]
+
+    @property
+    def law(self) -> NoiseLaw:
+        """The law chosen, at its mode."""
+        return self.fitted[self.choice.name]
+
+
+def choose(known: Identified, laws: Sequence[LawChoice], rng: np.random.Generator) -> Chosen:
+    """Rank laws on some rows, evenly spread, at the provisional biases; see `choose_law`."""
+    linear = known.problem.linearise(known.theta)
+    some = thinned(len(known.problem.plan), LAW_ROWS)
+    return choose_law(some_rows(linear, some), known.prior, laws, rng)
 
 
 def choose_law(
@@ -68,11 +86,15 @@ def choose_law(
             notes.append(f"the law {name} could not be fitted and is left out: {error}")
     if not fitted:
         raise InvalidInputError("no noise law could be fitted: " + " ".join(notes))
-    if len(draws) < 2:
-        name = next(iter(fitted))
-        return Chosen(by_name[name], fitted, (Ranked(name, np.nan, 0.0, 0.0, 0),), notes)
-    ranked = tuple(compare_laws(draws))
-    return Chosen(by_name[ranked[0].name], fitted, ranked, notes)
+    alone = Ranked(next(iter(fitted)), np.nan, 0.0, 0.0, 0)
+    ranked = compare_laws(draws) if len(draws) > 1 else [alone]
+    return Chosen(
+        choice=by_name[ranked[0].name],
+        fitted=fitted,
+        ranked=tuple(ranked),
+        rows=len(linear.y),
+        notes=notes,
+    )
 
 
 def law_at(posterior: Posterior, x: FloatArray) -> NoiseLaw:
@@ -80,11 +102,3 @@ def law_at(posterior: Posterior, x: FloatArray) -> NoiseLaw:
     values = posterior.natural(x)[posterior.dim_theta :]
     changed = {p.name: float(v) for p, v in zip(posterior.noise_prior, values, strict=True)}
     return dataclasses.replace(posterior.noise, **changed)  # type: ignore[type-var]
-
-
-def outlier_shares(linear: LinearProblem, theta: FloatArray, law: NoiseLaw | None) -> FloatArray:
-    """Probability (n,) that rows are outliers under the contaminated law; NaN without it."""
-    rows = linear.whitened()
-    if not isinstance(law, Contaminated):
-        return np.full(len(rows.size), np.nan)
-    return np.asarray(law.outlier_probability(rows.residual(theta), rows.size))

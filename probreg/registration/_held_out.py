@@ -10,10 +10,10 @@ from scipy import stats
 from probreg.errors import InvalidInputError, UnobservableError
 from probreg.noise import NoiseLaw
 from probreg.posterior import WeightedFit
-from probreg.prior import GaussianPrior
 from probreg.problems.linear import LinearProblem
-from probreg.problems.recording import RecordingProblem
 from probreg.registration._fit import some_rows
+from probreg.registration._identities import Identified
+from probreg.registration._posterior import Fitted
 from probreg.typing import FloatArray, IntArray
 
 _STANDARD_ERRORS = 2.0
@@ -80,15 +80,11 @@ def split_targets(
     return np.flatnonzero(~held), np.flatnonzero(held)
 
 
-def held_out(
-    problem: RecordingProblem,
-    linear: LinearProblem,
-    law: NoiseLaw,
-    prior: GaussianPrior,
-    share: float,
-    rng: np.random.Generator,
+def score(
+    known: Identified, fitted: Fitted, share: float, rng: np.random.Generator
 ) -> HeldOut | None:
     """Fit some targets, score the others; None where there is one target only."""
+    problem, prior, linear, law = known.problem, known.prior, fitted.linear, fitted.law
     if len(np.unique(problem.plan.target)) < 2:
         return None
     fit, held = split_targets(problem.plan.target, share, rng)
@@ -100,18 +96,18 @@ def held_out(
     before = problem.take(held).linearise(problem.start)
     zero = np.zeros(len(theta))
     scores = log_score(before, law, zero), log_score(after, law, theta)
-    known, own = np.unique(problem.plan.target[held], return_inverse=True)
+    targets, own = np.unique(problem.plan.target[held], return_inverse=True)
     metres = np.where(problem.metric[held], 1.0, np.nan)
     return HeldOut(
-        held,
-        len(known),
-        metres * _rms(before.residual(zero), before.size),
-        metres * _rms(after.residual(theta), after.size),
-        _rms(before.whitened().residual(zero), before.size),
-        _rms(after.whitened().residual(theta), after.size),
-        float(scores[0].mean()),
-        float(scores[1].mean()),
-        np.bincount(own, scores[1] - scores[0]).astype(float),
+        rows=held,
+        targets=len(targets),
+        before_m=metres * _rms(before.residual(zero), before.size),
+        after_m=metres * _rms(after.residual(theta), after.size),
+        before_sd=_rms(before.whitened().residual(zero), before.size),
+        after_sd=_rms(after.whitened().residual(theta), after.size),
+        before_log_score=float(scores[0].mean()),
+        after_log_score=float(scores[1].mean()),
+        gain=np.bincount(own, scores[1] - scores[0]).astype(float),
     )
 
 

@@ -1,9 +1,11 @@
-"""Noise laws tried on a recording, their parameters unknown."""
+"""Noise laws that a recording may follow, their parameters unknown."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import probreg.noise
+from probreg.discovery import public_classes
 from probreg.noise import Contaminated, Gaussian, NoiseLaw, StudentT
 from probreg.prior import NoiseParameter
 
@@ -22,22 +24,29 @@ class LawChoice:
     law: NoiseLaw
     unknown: tuple[NoiseParameter, ...] = ()
 
+    @classmethod
+    def usual(cls, law: NoiseLaw) -> LawChoice:
+        """All that the law's `supports` name is unknown, about the values that the law has."""
+        return cls(
+            law,
+            tuple(
+                NoiseParameter(name, float(getattr(law, name)), support.spread)
+                for name, support in law.supports.items()
+            ),
+        )
+
     @property
     def name(self) -> str:
         """Of the law's class."""
         return type(self.law).__name__
 
 
-# sensors are seldom as accurate as their sheets say: every law has an unknown common scale
-LAWS = (
-    LawChoice(StudentT(4.0), (NoiseParameter("nu", 4.0, 1.0), NoiseParameter("scale", 1.0, 0.5))),
-    LawChoice(
-        Contaminated(0.1, 10.0),
-        (
-            NoiseParameter("rate", 0.1, 1.0),
-            NoiseParameter("scale", 10.0, 0.7),
-            NoiseParameter("core_scale", 1.0, 0.5),
-        ),
-    ),
-    LawChoice(Gaussian(), (NoiseParameter("scale", 1.0, 0.5),)),
-)
+# compared unless others are asked for; sensors are seldom as accurate as their sheets say, so
+# every law has an unknown common scale
+LAWS = tuple(LawChoice.usual(law) for law in (StudentT(), Contaminated(), Gaussian()))
+
+
+def known_laws() -> dict[str, LawChoice]:
+    """Every proper law of `probreg.noise` as registration tries it, by the name of its class."""
+    laws = [kind() for kind in public_classes(probreg.noise).values()]
+    return {type(law).__name__: LawChoice.usual(law) for law in laws if law.proper}

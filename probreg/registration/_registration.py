@@ -15,6 +15,12 @@ from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording, Setup, correct, restore
 from probreg.registration._held_out import HeldOut
 from probreg.registration._observed import Determined
+from probreg.registration.residuals import (
+    Component,
+    Residuals,
+    components,
+    report_residuals,
+)
 from probreg.samplers import Draws
 from probreg.typing import FloatArray
 
@@ -78,6 +84,8 @@ class Registration:
     noise_scale : tuple of float
         Standard deviation of the bulk of the rows, and of all rows with their tails, over what
         is declared.
+    residuals : Residuals
+        Of single reports, corrected by the posterior means.
     notes : tuple of str
         What a reader must know.
     seconds : mapping of str to float
@@ -98,6 +106,7 @@ class Registration:
     cluster_ratio: FloatArray
     left_out: FloatArray
     noise_scale: tuple[float, float]
+    residuals: Residuals
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
 
@@ -126,9 +135,19 @@ class Registration:
         """Posterior standard deviations, shape (p,)."""
         return self.bias_draws.std(axis=0, ddof=1)
 
+    @property
+    def median(self) -> FloatArray:
+        """Posterior medians, shape (p,)."""
+        return np.median(self.bias_draws, axis=0)
+
     def interval(self, probability: float = 0.9) -> FloatArray:
         """Equal-tailed credible intervals, shape (p, 2)."""
         return self.draws.interval(probability)[: len(self.names)]
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Posterior covariance of the biases, shape (p, p)."""
+        return np.atleast_2d(np.cov(self.bias_draws.T))
 
     @property
     def correlation(self) -> FloatArray:
@@ -143,8 +162,23 @@ class Registration:
         count = np.bincount(members, minlength=len(sensors)).tolist()
         return {sensor.name: n for sensor, n in zip(sensors, count, strict=True)}
 
+    @cached_property
+    def residuals_before(self) -> Residuals:
+        """Of single reports as they came, uncorrected."""
+        return report_residuals(self.recording, self.setup, self.problem.start)
+
+    @cached_property
+    def components(self) -> list[Component]:
+        """Residuals before and after correction of each component of each sensor."""
+        return components(self.recording, self.residuals_before, self.residuals)
+
+    @property
+    def expected_outliers(self) -> float:
+        """Expected number of rows that are outliers; NaN where that is not known."""
+        return float(self.outlier_probability.sum())
+
     def table(self) -> pd.DataFrame:
-        """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, share told by the data."""
+        """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, the data's share."""
         import pandas as pd
 
         half, most = self.interval(0.5), self.interval(0.9)

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from probreg.association import OFF_PATH, TOO_FAST
-from probreg.posterior.posterior import Posterior
 from probreg.recordings import Recording, Setup
 from probreg.recordings.checks import several_at_once
 from probreg.registration._accuracy import Accuracy
-from probreg.registration._choice import law_at
+from probreg.registration._checks import Checks
+from probreg.registration._choice import Chosen
 from probreg.registration._held_out import HeldOut
+from probreg.registration._identities import Identified
 from probreg.registration._observed import Determined
 from probreg.samplers import Draws
 from probreg.typing import FloatArray, IntArray
@@ -22,6 +23,28 @@ _NEAR = (0.7, 1.4)  # scales of the noise that nobody need look after
 _FACTOR = (0.6, 1.6)  # scatter over the declared one that needs no remark
 _CURVED = 0.3  # sag of the cross-range noise in range standard deviations that biases the range
 _WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds have seven digits
+
+
+def remarks(
+    known: Identified, chosen: Chosen, draws: Draws, scored: HeldOut | None, checks: Checks
+) -> tuple[str, ...]:
+    """Every remark, in the order of the steps that they are about."""
+    given, problem = known.given, known.problem
+    linked = [association(given, known.first)] if (given.target < 0).any() else []
+    return (
+        *at_once(given),
+        *linked,
+        *doubted(given, problem.setup, known.why),
+        *stamps(given),
+        *chosen.notes,
+        *undetermined(checks.determined),
+        *drawing(draws),
+        *scale(*checks.noise_scale),
+        *correction(scored),
+        *curvature(problem.recording, chosen.choice.name),
+        *accuracy(checks.accuracies),
+        *far(problem.names, draws.mean[: len(problem.names)], problem.prior_sd),
+    )
 
 
 def association(before: Recording, after: Recording) -> str:
@@ -96,18 +119,6 @@ def correction(scored: HeldOut | None) -> list[str]:
 def drawing(draws: Draws) -> list[str]:
     """What the sampler warns of."""
     return [f"{draws.sampler}: {text}" for text in draws.warnings]
-
-
-def noise_scale(posterior: Posterior, draws: Draws) -> tuple[float, float]:
-    """Standard deviation of the bulk of the rows and of all, over what is declared.
-
-    The second counts heavy tails and outliers: scale times sqrt(nu / (nu - 2)), or that of the
-    mixture; infinite where the law has no variance. (1, 1) where the scale is not unknown.
-    """
-    if f"noise.{posterior.noise.unit_name}" not in draws.names:
-        return 1.0, 1.0
-    law = law_at(posterior, posterior.free(np.median(draws.flat, axis=0)))
-    return float(law.unit), float(np.sqrt(law.covariance_factor(2)))
 
 
 def scale(bulk: float, every: float) -> list[str]:

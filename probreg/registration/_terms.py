@@ -85,13 +85,28 @@ def compare_terms(
         problem = RecordingProblem(recording, _with(setup, biases), plan)
         scores[name] = _predicted(problem, fold, law)
         unknowns[name] = len(problem.names)
+    return _ranked(scores, unknowns, plan.target)
+
+
+def _ranked(
+    scores: Mapping[str, FloatArray], unknowns: Mapping[str, int], target: IntArray
+) -> list[RankedTerms]:
+    """Models by the scores of their rows, best first; errors from differences of targets."""
     order = sorted(scores, key=lambda name: -float(scores[name].sum()))
+    _, own = np.unique(target, return_inverse=True)
     best, ranked = scores[order[0]], []
     for name in order:
-        gap = np.bincount(np.searchsorted(targets, plan.target), best - scores[name])
+        gap = np.bincount(own, best - scores[name])
         error = float(np.sqrt(gap.size * np.var(gap))) if name != order[0] else 0.0
-        total = float(scores[name].sum())
-        ranked.append(RankedTerms(name, total, float(gap.sum()), error, unknowns[name]))
+        ranked.append(
+            RankedTerms(
+                name=name,
+                log_score=float(scores[name].sum()),
+                behind=float(gap.sum()),
+                standard_error=error,
+                unknowns=unknowns[name],
+            )
+        )
     return ranked
 
 

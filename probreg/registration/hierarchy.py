@@ -80,22 +80,26 @@ def pool(
     positive_number("common_sd", common_sd)
     positive_number("spread_sd", spread_sd)
     whole_number("num_draws", num_draws)
-    # below the first point the spread is nothing beside any sd, above the last the prior is
-    least = 1e-3 * min(float(sd.min()), spread_sd)
-    most = max(8.0 * spread_sd, 10.0 * float(np.ptp(mean)))
-    log_grid = np.linspace(np.log(least), np.log(most), _GRID)
+    log_grid = _log_grid(mean, sd, spread_sd)
     grid = np.exp(log_grid)
-    centre, variance, log_weight = _given_spread(mean, sd, grid, common_sd)
-    log_weight = log_weight - 0.5 * (grid / spread_sd) ** 2 + log_grid
+    centre, variance, value = _given_spread(mean, sd, grid, common_sd)
+    log_weight = value - 0.5 * (grid / spread_sd) ** 2 + log_grid
     chosen = rng.choice(_GRID, num_draws, p=np.exp(log_weight - logsumexp(log_weight)))
-    width = log_grid[1] - log_grid[0]
-    spread = grid[chosen] * np.exp(width * (rng.random(num_draws) - 0.5))
+    spread = grid[chosen] * np.exp((log_grid[1] - log_grid[0]) * (rng.random(num_draws) - 0.5))
     common = centre[chosen] + np.sqrt(variance[chosen]) * rng.standard_normal(num_draws)
     precision = 1.0 / sd**2 + 1.0 / spread[:, None] ** 2
     middle = (mean / sd**2 + common[:, None] / spread[:, None] ** 2) / precision
     each = middle + rng.standard_normal(middle.shape) / np.sqrt(precision)
     new = common + spread * rng.standard_normal(num_draws)
-    return Pooled(common, spread, each, new)
+    return Pooled(common=common, spread=spread, each=each, new=new)
+
+
+def _log_grid(mean: FloatArray, sd: FloatArray, spread_sd: float) -> FloatArray:
+    """Logarithms of the spreads that are looked at."""
+    # below the first point the spread is nothing beside any sd, above the last the prior is
+    least = 1e-3 * min(float(sd.min()), spread_sd)
+    most = max(8.0 * spread_sd, 10.0 * float(np.ptp(mean)))
+    return np.linspace(np.log(least), np.log(most), _GRID)
 
 
 def _given_spread(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -137,6 +138,11 @@ class Component:
     rows: IntArray
     before: FloatArray
     after: FloatArray
+
+    @cached_property
+    def spreads(self) -> tuple[Spread, Spread]:
+        """Median and robust standard deviation before and after."""
+        return spread(self.before), spread(self.after)
 
 
 def components(recording: Recording, before: Residuals, after: Residuals) -> list[Component]:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import probreg
 from probreg.cli import app
-from probreg.registration import LAWS
+from probreg.registration import known_laws
 from probreg.scenarios.demonstration import demonstration
 from probreg.scenarios.traffic import TrafficScene
 from tests.page.conftest import command
@@ -38,6 +38,7 @@ def test_version_and_help():
     text = " ".join(runner.invoke(app, ["register", "--help"]).output.split())
     assert "Exit codes: 0 done." in text
     assert "3 done, but with warnings that matter" in text
+    assert all(name in text for name in known_laws())
 
 
 def test_help_loads_nothing_that_computes():
@@ -220,7 +221,7 @@ def test_the_check_of_the_engine_comes_before_the_estimation(demo, tmp_path, mon
 def test_an_unknown_law_is_wrong_usage_that_lists_the_known(demo, tmp_path):
     found = run(tmp_path, demo[0], demo[1], "--law", "Cauchy")
     assert found.exit_code == 2
-    assert all(choice.name in found.stderr for choice in LAWS)
+    assert all(name in found.stderr for name in known_laws())
 
 
 def test_warnings_that_matter_are_three(demo, tmp_path):

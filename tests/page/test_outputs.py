@@ -115,6 +115,7 @@ def test_the_manifest_vouches_for_every_file(done):
         assert checksum(done.result / name) == told
     assert manifest["inputs"]["reports.csv"] == checksum(done.demo / "reports.csv")
     assert manifest["seed"] == 0
+    assert manifest["settings"]["law"] == "StudentT, Contaminated, Gaussian"
     assert manifest["versions"]["probreg"]
     assert not [path for path in done.demo.iterdir() if path.name.endswith(".part")]
 

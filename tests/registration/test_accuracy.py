@@ -10,6 +10,7 @@ import pytest
 from probreg.problems.recording import RecordingProblem
 from probreg.registration import LAWS, register
 from probreg.registration._accuracy import accuracies
+from probreg.registration.residuals import report_residuals
 from probreg.scenarios.traffic import TrafficScene, simulate
 
 
@@ -48,7 +49,8 @@ def traffic():
 )
 def test_each_declared_accuracy_is_told(traffic, factors):
     recording, setup, theta = traffic
-    found = accuracies(*declared(recording, setup, **factors), theta)
+    wrong = declared(recording, setup, **factors)
+    found = accuracies(*wrong, report_residuals(*wrong, theta))
     names = {(one.sensor, one.component): one for one in found}
     assert set(names) == {(f"radar{k}", part) for k in (1, 2, 3) for part in ("range", "azimuth")}
     for (sensor, part), one in names.items():
@@ -76,5 +78,6 @@ def test_small_recordings_claim_nothing_by_chance():
     for seed in range(10):
         recording, setup, truth = simulate(TrafficScene(400), np.random.default_rng(seed))
         names = RecordingProblem(recording, setup).names
-        found = accuracies(recording, setup, np.array([truth.bias[name] for name in names]))
+        theta = np.array([truth.bias[name] for name in names])
+        found = accuracies(recording, setup, report_residuals(recording, setup, theta))
         assert not any(one.clear and not 0.6 < one.factor < 1.6 for one in found)

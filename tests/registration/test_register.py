@@ -79,6 +79,23 @@ def test_correcting_is_undone_by_restoring(registered):
     np.testing.assert_allclose(back.values, found.recording.values, rtol=1e-14)
 
 
+def test_residuals_are_of_the_reports_less_the_posterior_means(registered):
+    found, _ = registered
+    recording, mean = found.recording, dict(zip(found.names, found.mean, strict=True))
+    for k, sensor in enumerate(recording.sensors):
+        rows = recording.sensor == k
+        bias = [mean[f"{sensor.name}.{name}"] for name in sensor.bias_names]
+        wanted = recording.values[rows, :2] - bias
+        got = found.residuals.values[rows, :2]
+        np.testing.assert_allclose(got[:, 0], wanted[:, 0], rtol=1e-12)
+        np.testing.assert_allclose(np.exp(1j * got[:, 1]), np.exp(1j * wanted[:, 1]), rtol=1e-12)
+        raw = found.residuals_before.values[rows, 0]
+        np.testing.assert_allclose(raw, recording.values[rows, 0], rtol=1e-12)
+    ranges = [one.spreads for one in found.components if one.unit == "m"]
+    before, after = (sum(abs(spreads[k].median) for spreads in ranges) for k in (0, 1))
+    assert after < 0.2 * before
+
+
 def test_equal_seeds_give_equal_results():
     scene = TrafficScene(400, **DIRTY)
     recording, setup, _ = simulate(scene, np.random.default_rng(1))
