@@ -52,7 +52,13 @@ def test_help_loads_nothing_that_computes():
     assert "typer" in loaded
     assert not {name.split(".")[0] for name in loaded} & {"numpy", "scipy", "numba", "matplotlib"}
     ours = {name for name in loaded if name.startswith("probreg")}
-    assert ours == {"probreg", "probreg.cli", "probreg.cli._terminal", "probreg.errors"}
+    assert ours == {
+        "probreg",
+        "probreg.cli",
+        "probreg.cli._options",
+        "probreg.cli._terminal",
+        "probreg.errors",
+    }
 
 
 @pytest.mark.parametrize(

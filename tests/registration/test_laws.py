@@ -48,6 +48,9 @@ class LogCosh(NoiseLaw):
 
     weight_function = staticmethod(_weight)
     kernel_function = staticmethod(_log_kernel)
+
+    def sample_unit(self, rng, n, m):
+        raise AssertionError("registration simulates no noise")
 '''
 
 
