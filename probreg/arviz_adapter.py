@@ -64,8 +64,10 @@ def convergence(theta: FloatArray) -> Convergence:
     found = []
     for k in range(theta.shape[2]):
         x = np.ascontiguousarray(theta[:, :, k])
-        tail = arviz.ess(x, method="tail", prob=(0.05, 0.95))
-        values = arviz.rhat(x), arviz.ess(x, method="bulk"), tail, arviz.mcse(x, method="mean")
+        with np.errstate(invalid="ignore", divide="ignore"):  # chains that never moved
+            tail = arviz.ess(x, method="tail", prob=(0.05, 0.95))
+            r_hat = arviz.rhat(x) if len(x) > 1 else np.nan  # of one chain ArviZ only complains
+            values = r_hat, arviz.ess(x, method="bulk"), tail, arviz.mcse(x, method="mean")
         found.append([float(np.ravel(value)[0]) for value in values])
     return Convergence(*np.array(found).T)
 

@@ -20,6 +20,12 @@ ROOMS = [
     *("registration", "page", "cli", "__main__"),
 ]
 LEVEL = {name: level for level, name in enumerate(ROOMS)}
+# rooms in which no function is long and none takes many arguments
+SHORT = {
+    *("numerics", "noise", "prior", "motion", "association", "posterior"),
+    *("estimators", "samplers", "joint", "diagnostics"),
+}
+LINES, ARGUMENTS = 50, 8
 
 
 def modules():
@@ -80,6 +86,32 @@ def test_no_module_comes_back_to_itself():
         return seen
 
     assert not [name for name in below if name in reached(name, set())]
+
+
+def clumsy(source):
+    """Functions of too many lines, docstring and all, or too many arguments beside self."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef):
+            given = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+            arguments = [a.arg for a in given if a.arg not in ("self", "cls")]
+            if node.end_lineno - node.lineno >= LINES or len(arguments) > ARGUMENTS:
+                yield node.name
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in modules() if room(p) in SHORT], ids=lambda p: str(p.relative_to(PACKAGE))
+)
+def test_functions_are_short_and_many_arguments_are_named_tuples(path):
+    assert not list(clumsy(path.read_text()))
+
+
+def test_a_long_function_and_one_of_many_arguments_are_found_out():
+    body = "    x = 1\n" * LINES
+    assert list(clumsy(f"def long():\n{body}")) == ["long"]
+    assert list(clumsy(f"def fits():\n{body[: -len('    x = 1') - 1]}")) == []
+    names = [f"a{k}" for k in range(ARGUMENTS + 1)]
+    assert list(clumsy(f"def many({', '.join(names)}): ...")) == ["many"]
+    assert list(clumsy(f"def method(self, {', '.join(names[1:])}): ...")) == []
 
 
 def test_a_module_with_two_public_classes_is_found_out(tmp_path, monkeypatch):

@@ -55,9 +55,8 @@ def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) ->
         ahead = last[None] + velocity[None] * step[..., None]
         away = np.linalg.norm(where[a:b, None] - ahead, axis=2)
         # a track of one report may go anywhere; prediction errors grow with time
-        reach = np.where(
-            count == 1, setup.max_speed_m_s, setup.acceleration_m_s2 * np.sqrt(scan)
-        ) * np.abs(step)
+        drift = setup.acceleration_m_s2 * np.sqrt(scan)
+        reach = np.where(count == 1, setup.max_speed_m_s, drift) * np.abs(step)
         limit = np.minimum(gate[a:b, None], setup.gate_m) + reach
         pairs = assign((away / limit) ** 2, 1.0) if len(seen) else np.zeros((0, 2), dtype=int)
         i, j = pairs[:, 0], pairs[:, 1]
@@ -76,10 +75,8 @@ def link(time: FloatArray, where: FloatArray, gate: FloatArray, setup: Setup) ->
         fresh += len(rest)
         last = np.concatenate([last, where[rest]])
         velocity = np.concatenate([velocity, np.zeros((len(rest), where.shape[1]))])
-        seen, count = (
-            np.concatenate([seen, time[rest]]),
-            np.concatenate([count, np.ones_like(rest)]),
-        )
+        seen = np.concatenate([seen, time[rest]])
+        count = np.concatenate([count, np.ones_like(rest)])
     short = np.bincount(track, minlength=fresh) < _LEAST
     track[short[track]] = UNKNOWN
     return _renumbered(track)

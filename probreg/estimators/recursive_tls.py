@@ -117,22 +117,9 @@ class RecursiveTls:
         own = bearings.own_position[first:] / _total.LENGTH_UNIT
         lines = Lines(d[first:], own, bearings.sigma[first:], trust[first:])
         limit = np.inf if self.reject_above is None else float(self.reject_above)
-        follow_lines(
-            lines,
-            self.noise.compiled_weight,
-            self.noise.numbers,
-            limit,
-            S,
-            v,
-            weights[first:],
-            path[first:],
-        )
-        rejected = int((weights == 0.0).sum())
-        if n - rejected < 2:
-            raise UnobservableError(
-                f"all but {n - rejected} of {n} lines were rejected, so nothing was learnt. Give "
-                "a robust start (start=StudentT(1.0)) or raise the threshold."
-            )
+        law, weight = self.noise.numbers, self.noise.compiled_weight
+        follow_lines(lines, weight, law, limit, S, v, weights[first:], path[first:])
+        rejected = _count_rejected(weights)
         place = _total.place_of(v)
         return Estimate(
             theta=place,
@@ -160,3 +147,20 @@ class RecursiveTls:
         if self.reject_above is not None:
             weights[np.abs(few.line_residuals(place)) > self.reject_above] = 0.0
         return _total.smallest_vector(d, weights)
+
+
+def _count_rejected(weights: FloatArray) -> int:
+    """Lines (n,) of weight zero.
+
+    Raises
+    ------
+    UnobservableError
+        All but one.
+    """
+    n, rejected = len(weights), int((weights == 0.0).sum())
+    if n - rejected < 2:
+        raise UnobservableError(
+            f"all but {n - rejected} of {n} lines were rejected, so nothing was learnt. Give "
+            "a robust start (start=StudentT(1.0)) or raise the threshold."
+        )
+    return rejected

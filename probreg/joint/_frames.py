@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
@@ -11,6 +12,40 @@ from probreg.errors import InvalidInputError
 from probreg.estimators import Estimate
 from probreg.sensors.reports import SensorReports
 from probreg.typing import FloatArray, IntArray
+
+
+class JointEstimator(Protocol):
+    """A method that estimates biases and says which reports belong together."""
+
+    def estimate(
+        self,
+        first: SensorReports,
+        second: SensorReports,
+        rng: np.random.Generator | None = None,
+    ) -> Estimate:
+        """Estimate the biases of one frame, and its pairs.
+
+        This is the contract of every joint method; the docstring of a method says what differs.
+
+        Parameters
+        ----------
+        first, second : SensorReports
+            One frame of each sensor.
+        rng : numpy.random.Generator, optional
+            Draws what a method draws at random.
+
+        Returns
+        -------
+        Estimate
+            `info["pairs"]` (k, 2) are the row numbers believed to belong together.
+
+        Raises
+        ------
+        InvalidInputError
+            Too few reports, or too few pairs inside the first gate.
+        UnobservableError
+            The pairs do not determine the biases.
+        """
 
 
 def split(first: SensorReports, theta: FloatArray) -> tuple[FloatArray, FloatArray]:

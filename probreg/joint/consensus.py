@@ -62,26 +62,15 @@ class Consensus:
         second: SensorReports,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Find the biases of one frame.
+        """Least squares on the pairs on which most reports agree.
 
-        Parameters
-        ----------
-        first, second : SensorReports
-            One frame of each sensor.
-        rng : numpy.random.Generator, optional
-            Draws hypotheses where there are more than `subsets`.
-
-        Returns
-        -------
-        Estimate
-            Least squares on the pairs believed. `info`: "pairs" (k, 2), "cost" (the truncated
-            cost of the final association, negative, lower is better), "hypotheses", and
-            "runner_up" (cost of the next best different association, inf if there is none).
+        A generator is needed where there are more than `subsets` hypotheses. `info`: "pairs",
+        "cost" (the truncated cost of the final association, negative, lower is better),
+        "hypotheses", and "runner_up" (cost of the next best different association, inf if
+        there is none).
 
         Raises
         ------
-        InvalidInputError
-            Too few reports, or no two pairs inside the search gate.
         UnobservableError
             No hypothesis leaves enough pairs to determine the biases.
         """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -58,26 +58,11 @@ class Reassociation:
         second: SensorReports,
         rng: np.random.Generator | None = None,
     ) -> Estimate:
-        """Run to stable pairs.
+        """Run to stable pairs; the generator is passed to the estimator.
 
-        Parameters
-        ----------
-        first, second : SensorReports
-            One frame of each sensor.
-        rng : numpy.random.Generator, optional
-            Passed to the estimator.
-
-        Returns
-        -------
-        Estimate
-            `info`: "pairs" (k, 2), the row numbers believed to belong together, and "rounds".
-            `converged` is False where the pairs still changed at the last round, or where an
-            estimate left too few pairs to go on from: the one before it is then returned.
-
-        Raises
-        ------
-        InvalidInputError, UnobservableError
-            Too few reports, or too few pairs at the first round, to determine the biases.
+        `info`: "pairs" and "rounds". `converged` is False where the pairs still changed at the
+        last round, or where an estimate left too few pairs to go on from: the one before it is
+        then returned.
         """
         require_reports(first, second, 2)
         theta: FloatArray = np.zeros(len(first.sensor.bias_names) + len(second.sensor.bias_names))
@@ -104,5 +89,5 @@ class Reassociation:
             theta = estimate.theta
             gate = max(self.last_gate, self.shrink * gate)
         estimate, pairs = history[-1]
-        done = Estimate(**{**vars(estimate), "converged": stable and estimate.converged})
+        done = replace(estimate, converged=stable and estimate.converged)
         return with_pairs(done, pairs, rounds=rounds)

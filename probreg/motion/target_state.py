@@ -84,39 +84,45 @@ def follow_target(
         Other sensors, no times, a bias of a sensor that is not there.
     """
     _check(data, biases)
-    d, k, T = data.sensors[0].dim, len(data.sensors), len(data)
+    d, T = data.sensors[0].dim, len(data)
     biased = [s.name for s in data.sensors if s.name in biases]
-    p = 2 * d + d * len(biased)
-    H, R = np.zeros((k, d, p)), np.zeros((k, d, d))
+    H, R = _scan(data, biased)
+    own = NearConstantVelocity(target.acceleration_sd)
+    moves = Together(((own, 2 * d), *((biases[name][0], d) for name in biased)))
+    p = H.shape[1]
+    time = in_order(np.asarray(data.time), T)
+    steps = [moves.step(p, float(interval)) for interval in np.diff(time)]
+    return Trajectory(
+        y=np.concatenate(data.values, axis=1),
+        H=np.tile(H, (T, 1, 1)),
+        R=np.tile(R, (T, 1, 1, 1)),
+        F=np.array([F for F, _ in steps]).reshape(T - 1, p, p),
+        Q=np.array([Q for _, Q in steps]).reshape(T - 1, p, p),
+        prior=_prior(target, [biases[name][1] for name in biased]),
+        time=time,
+        names=_names(d, biased),
+        units=("m",) * d + ("m/s",) * d + ("m",) * (p - 2 * d),
+        width=d,
+    )
+
+
+def _names(d: int, biased: list[str]) -> tuple[str, ...]:
+    axes = "xyz"[:d]
+    own = [f"target.{v}{a}" for v in ("", "v") for a in axes]
+    return (*own, *(f"{name}.{a}" for name in biased for a in axes))
+
+
+def _scan(data: AssociatedReports, biased: list[str]) -> tuple[FloatArray, FloatArray]:
+    """Sensitivity (k d, p) of the k sensors' reports to the state, and their R (k, d, d)."""
+    d, k = data.sensors[0].dim, len(data.sensors)
+    H, R = np.zeros((k, d, 2 * d + d * len(biased))), np.zeros((k, d, d))
     for j, sensor in enumerate(data.sensors):
         H[j, :, :d] = np.eye(d)
         R[j] = sensor.covariance(np.zeros(d))
-        if sensor.name in biases:
+        if sensor.name in biased:
             at = 2 * d + d * biased.index(sensor.name)
             H[j, :, at : at + d] = np.eye(d)
-    moves = Together(
-        (
-            (NearConstantVelocity(target.acceleration_sd), 2 * d),
-            *((biases[name][0], d) for name in biased),
-        )
-    )
-    time = in_order(np.asarray(data.time), T)
-    steps = [moves.step(p, float(interval)) for interval in np.diff(time)]
-    axes = "xyz"[:d]
-    names = [f"target.{a}" for a in axes] + [f"target.v{a}" for a in axes]
-    names += [f"{name}.{a}" for name in biased for a in axes]
-    return Trajectory(
-        np.concatenate(data.values, axis=1),
-        np.tile(H.reshape(k * d, p), (T, 1, 1)),
-        np.tile(R, (T, 1, 1, 1)),
-        np.array([F for F, _ in steps]).reshape(T - 1, p, p),
-        np.array([Q for _, Q in steps]).reshape(T - 1, p, p),
-        _prior(target, [biases[name][1] for name in biased]),
-        time,
-        tuple(names),
-        ("m",) * d + ("m/s",) * d + ("m",) * (p - 2 * d),
-        width=d,
-    )
+    return H.reshape(k * d, -1), R
 
 
 def _prior(target: Target, offsets: list[GaussianPrior]) -> GaussianPrior:

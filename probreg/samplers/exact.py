@@ -20,33 +20,22 @@ class Exact:
     def sample(
         self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> Draws:
-        """Draw from a posterior.
-
-        Parameters
-        ----------
-        posterior : Posterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Draws
-            `stats` has "log_prob".
+        """Draw independently.
 
         Raises
         ------
         InvalidInputError
-            The posterior is not Gaussian: other noise, an unknown noise parameter, bearings,
-            a box.
-        UnobservableError
-            What neither data nor prior determine.
+            Also where the posterior is not Gaussian: other noise, an unknown noise parameter,
+            bearings, a box.
         """
         require_target(posterior, num_draws, num_chains, rng)
         require_gaussian(posterior)
         laplace = posterior.laplace
         z = rng.standard_normal((num_chains, num_draws, posterior.dim))
         theta = laplace.mean + z @ laplace.root.T
-        return Draws(posterior, theta, {"log_prob": posterior.log_prob(theta)}, repr(self))
+        return Draws(
+            posterior, theta, sampler=repr(self), stats={"log_prob": posterior.log_prob(theta)}
+        )
 
 
 def require_gaussian(posterior: Posterior) -> None:

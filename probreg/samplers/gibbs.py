@@ -52,26 +52,15 @@ class Gibbs:
     def sample(
         self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> Draws:
-        """Draw from a posterior.
+        """Draw in turn.
 
-        Parameters
-        ----------
-        posterior : Posterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Draws
-            `stats` has "log_prob" and "accepted"; `facts` the acceptance rate of the walk in
-            the noise parameters and its tuned step.
+        `stats` has "accepted" too; `facts` the warm-up and, of the walk in the noise parameters,
+        its acceptance rate and tuned step.
 
         Raises
         ------
         InvalidInputError
-            The law is no Gaussian scale mixture.
-        ImproperLawError, UnobservableError
-            What cannot be sampled, with the reason.
+            Also where the law is no Gaussian scale mixture.
         """
         require_target(posterior, num_draws, num_chains, rng)
         noise = posterior.noise
@@ -100,9 +89,13 @@ class Gibbs:
         facts: dict[str, float] = {"warmup": self.warmup}
         if posterior.noise_prior:
             facts |= {"noise_acceptance": float(np.mean(rates)), "noise_step": step}
-        theta = posterior.natural(np.swapaxes(kept, 0, 1))
-        stats = {"log_prob": height.T, "accepted": accepted.T}
-        return Draws(posterior, theta, stats, repr(self), 1.0, facts)
+        return Draws(
+            posterior,
+            posterior.natural(np.swapaxes(kept, 0, 1)),
+            sampler=repr(self),
+            stats={"log_prob": height.T, "accepted": accepted.T},
+            facts=facts,
+        )
 
     def _walk(
         self, posterior: Posterior, state: _State, step: float, rng: np.random.Generator

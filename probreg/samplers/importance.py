@@ -42,26 +42,11 @@ class Importance:
     def sample(
         self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> Draws:
-        """Draw from a posterior.
+        """Draw, weigh and resample; "chains" share one set of proposals.
 
-        Parameters
-        ----------
-        posterior : Posterior
-        num_draws, num_chains : int
-            "Chains" share one set of proposals.
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Draws
-            Resampled in random order, so a proposal of large weight appears several times.
-            `facts` has "pareto_k", "importance_ess" (effective proposals) and
-            "log_evidence", the log of the normalising constant.
-
-        Raises
-        ------
-        ImproperLawError, InvalidInputError, UnobservableError
-            What cannot be sampled, with the reason.
+        Draws are resampled in random order, so a proposal of large weight appears several
+        times. `facts` has "pareto_k", "importance_ess" (effective proposals) and
+        "log_evidence", the log of the normalising constant.
         """
         require_target(posterior, num_draws, num_chains, rng)
         density = LaplaceT(self.df).ready(posterior, 1.0)
@@ -84,4 +69,4 @@ class Importance:
         }
         theta = posterior.natural(x[chosen]).reshape(*shape, posterior.dim)
         stats = {"log_prob": log_prob[chosen].reshape(shape)}
-        return Draws(posterior, theta, stats, repr(self), 1.0, facts)
+        return Draws(posterior, theta, sampler=repr(self), stats=stats, facts=facts)

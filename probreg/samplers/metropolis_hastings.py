@@ -50,24 +50,10 @@ class MetropolisHastings:
     def sample(
         self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> Draws:
-        """Draw from a posterior.
+        """Draw from the posterior to the power gamma.
 
-        Parameters
-        ----------
-        posterior : Posterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Draws
-            `stats` has "log_prob", "accepted" and "move" (its number); `facts` the acceptance
-            rate and the tuned step of each move.
-
-        Raises
-        ------
-        ImproperLawError, InvalidInputError, UnobservableError
-            What cannot be sampled, with the reason.
+        `stats` has "accepted" and "move" (its number) too; `facts` the acceptance rate and the
+        tuned step of each move.
         """
         require_target(posterior, num_draws, num_chains, rng)
         proposals = [move.ready(posterior, self.gamma) for move in self.moves]
@@ -93,7 +79,9 @@ class MetropolisHastings:
         }
         stats = {"log_prob": height.T, "accepted": taken.T, "move": chosen.T}
         theta = posterior.natural(np.swapaxes(kept, 0, 1))
-        return Draws(posterior, theta, stats, repr(self), self.gamma, facts)
+        return Draws(
+            posterior, theta, sampler=repr(self), stats=stats, gamma=self.gamma, facts=facts
+        )
 
     def _step(
         self,

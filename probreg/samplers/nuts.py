@@ -50,28 +50,17 @@ class Nuts:
     def sample(
         self, posterior: Posterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> Draws:
-        """Draw from a posterior.
+        """Draw chain by chain, each seeded from the generator.
 
-        Parameters
-        ----------
-        posterior : Posterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-            Seeds each chain.
-
-        Returns
-        -------
-        Draws
-            `stats` has "log_prob" and "diverging"; `facts` the step size of each chain.
+        `stats` has "diverging" too; `facts` the warm-up and the step size of each chain.
 
         Raises
         ------
         InvalidInputError
-            The posterior is cut by a box: the gradient does not see it.
+            Also where a box cuts the posterior: the gradient does not see it; or fewer draws
+            than convergence can be judged by.
         MissingExtraError
             Torch or Pyro are not installed.
-        ImproperLawError, UnobservableError
-            What cannot be sampled, with the reason.
         """
         extras.require("nuts", "Nuts")
         require_target(posterior, num_draws, num_chains, rng)
@@ -103,8 +92,13 @@ class Nuts:
             diverging[c, bad] = True
             sizes.append(size)
         stats = {"log_prob": posterior.log_prob(kept), "diverging": diverging}
-        facts = {"warmup": self.warmup, "step_size": sizes}
-        return Draws(posterior, posterior.natural(kept), stats, repr(self), 1.0, facts)
+        return Draws(
+            posterior,
+            posterior.natural(kept),
+            sampler=repr(self),
+            stats=stats,
+            facts={"warmup": self.warmup, "step_size": sizes},
+        )
 
 
 def run_chain(

@@ -19,18 +19,12 @@ class ExactPath:
     def sample(
         self, posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> PathDraws:
-        """Draw whole paths.
-
-        Parameters
-        ----------
-        posterior : PathPosterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
+        """Draw independently.
 
         Raises
         ------
         InvalidInputError
-            The noise is not Gaussian.
+            Also where the noise is not Gaussian.
         """
         require_paths(posterior, num_draws, num_chains, rng)
         if not isinstance(posterior.noise, Gaussian):
@@ -40,6 +34,5 @@ class ExactPath:
             )
         z = rng.standard_normal((num_chains * num_draws, *posterior.shape))
         paths = posterior.reference.paths(z)
-        return PathDraws(
-            posterior, paths.reshape(num_chains, num_draws, *posterior.shape), {}, repr(self)
-        )
+        path = paths.reshape(num_chains, num_draws, *posterior.shape)
+        return PathDraws(posterior, path, sampler=repr(self))

@@ -36,18 +36,12 @@ class GibbsPath:
     def sample(
         self, posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> PathDraws:
-        """Draw whole paths.
-
-        Parameters
-        ----------
-        posterior : PathPosterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
+        """Draw in turn.
 
         Raises
         ------
         InvalidInputError
-            The law is no Gaussian scale mixture.
+            Also where the law is no Gaussian scale mixture.
         """
         require_paths(posterior, num_draws, num_chains, rng)
         noise = posterior.noise
@@ -66,7 +60,7 @@ class GibbsPath:
                 if k >= 0:
                     kept[c, k], factors[c, k] = path, np.exp(log_factors)
         facts = {"warmup": self.warmup}
-        return PathDraws(posterior, kept, {}, repr(self), facts, factors)
+        return PathDraws(posterior, kept, factors, sampler=repr(self), facts=facts)
 
     def _sweep(
         self,

@@ -47,19 +47,7 @@ class MetropolisPath:
     def sample(
         self, posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> PathDraws:
-        """Draw whole paths.
-
-        Parameters
-        ----------
-        posterior : PathPosterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        PathDraws
-            `facts` has the acceptance rate after warm-up and the tuned step.
-        """
+        """Draw; `facts` has the acceptance rate after warm-up and the tuned step."""
         require_paths(posterior, num_draws, num_chains, rng)
         z = rng.standard_normal((num_chains, *posterior.shape))
         ratio = posterior.log_ratio(posterior.reference.paths(z))
@@ -87,7 +75,7 @@ class MetropolisPath:
         flat = kept.reshape(-1, *posterior.shape)
         paths = posterior.reference.paths(flat).reshape(kept.shape)
         facts = {"acceptance": float(np.mean(rates)), "step": step}
-        return PathDraws(posterior, np.swapaxes(paths, 0, 1), {}, repr(self), facts)
+        return PathDraws(posterior, np.swapaxes(paths, 0, 1), sampler=repr(self), facts=facts)
 
     def _blocks(self, scans: int, rng: np.random.Generator) -> list[slice]:
         """Blocks that cover all scans once, their edges at random."""

@@ -34,22 +34,12 @@ class NutsPath:
     def sample(
         self, posterior: PathPosterior, num_draws: int, num_chains: int, rng: np.random.Generator
     ) -> PathDraws:
-        """Draw whole paths.
-
-        Parameters
-        ----------
-        posterior : PathPosterior
-        num_draws, num_chains : int
-        rng : numpy.random.Generator
-            Seeds each chain.
-
-        Returns
-        -------
-        PathDraws
-            `stats` has "diverging".
+        """Draw chain by chain, each seeded from the generator; `stats` has "diverging".
 
         Raises
         ------
+        InvalidInputError
+            Also of fewer draws than convergence can be judged by.
         MissingExtraError
             Torch or Pyro are not installed.
         """
@@ -73,4 +63,4 @@ class NutsPath:
             diverging[c, bad] = True
         z = kept.reshape(-1, *posterior.shape)
         paths = posterior.reference.paths(z).reshape(num_chains, num_draws, *posterior.shape)
-        return PathDraws(posterior, paths, {"diverging": diverging}, repr(self))
+        return PathDraws(posterior, paths, sampler=repr(self), stats={"diverging": diverging})

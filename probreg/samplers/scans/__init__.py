@@ -1,7 +1,7 @@
 """Following a bias scan by scan."""
 
 from probreg.samplers.scans._target import ScanTarget
-from probreg.samplers.scans._track import Track
+from probreg.samplers.scans._track import Track, Tracker
 from probreg.samplers.scans.particle_filter import ParticleFilter
 from probreg.samplers.scans.scan_metropolis import ScanMetropolis
 from probreg.samplers.scans.targets import (
@@ -24,4 +24,5 @@ __all__ = [
     "ScanMetropolis",
     "ScanTarget",
     "Track",
+    "Tracker",
 ]

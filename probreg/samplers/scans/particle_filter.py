@@ -65,19 +65,11 @@ class ParticleFilter:
             raise InvalidInputError(f"resample_below is {self.resample_below}, not in [0, 1].")
 
     def track(self, model: Trajectory, rng: np.random.Generator) -> Track:
-        """Follow the state through all scans.
+        """Follow the states by weighted particles.
 
-        Parameters
-        ----------
-        model : Trajectory
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Track
-            `facts` has "log_evidence", the estimated log marginal likelihood of all reports (its
-            exponential is unbiased), and "effective" (T,), the effective particles of each scan
-            before resampling.
+        `facts` has "log_evidence", the estimated log marginal likelihood of all reports (its
+        exponential is unbiased), "effective" (T,), the effective particles of each scan before
+        resampling, and "particles", their number.
         """
         require_scene(model, rng)
         v, A, log_det = model.whitened
@@ -104,8 +96,8 @@ class ParticleFilter:
             if effective[t] < self.resample_below * N:
                 chosen = systematic(share, N, rng)
                 x, P, log_weights = x[chosen], P[chosen], np.full(N, -np.log(N))
-        facts = {"log_evidence": evidence, "effective": effective}
-        return Track(model.names, mean, kept, 1.0, facts)
+        facts = {"log_evidence": evidence, "effective": effective, "particles": N}
+        return Track(model, mean, kept, sampler=repr(self), facts=facts)
 
     def _precisions(self, model: Trajectory, t: int, rng: np.random.Generator) -> FloatArray:
         """Prior draws (N, m) of the precisions of a scan's components; zero if not reported."""

@@ -97,23 +97,16 @@ class ScanMetropolis:
             raise InvalidInputError(f"estimate is {self.estimate!r}; 'mean' or 'last'.")
 
     def track(self, model: Trajectory, rng: np.random.Generator) -> Track:
-        """Follow a bias through all scans.
+        """Follow the states by a chain a scan.
 
-        Parameters
-        ----------
-        model : Trajectory
-        rng : numpy.random.Generator
-
-        Returns
-        -------
-        Track
-            `draws` of every scan after burn-in. `facts` has "acceptance" (T,) and "at_edge", the
-            number of scans whose draws reach within a hundredth of the box from its edge.
+        `draws` are those of every scan after burn-in. `facts` has "acceptance" (T,) and
+        "at_edge", the number of scans whose draws reach within a hundredth of the box from its
+        edge.
 
         Raises
         ------
         InvalidInputError
-            No trajectory, a start outside the box, a target that the noise does not go with.
+            Also of a start outside the box, or a target that the noise does not go with.
         """
         self._check(model, rng)
         T, d = len(model), len(model.names)
@@ -139,7 +132,7 @@ class ScanMetropolis:
         margin = 0.01 * (box[:, 1] - box[:, 0])
         near = (kept < box[:, 0] + margin) | (kept > box[:, 1] - margin)
         facts = {"acceptance": accepted, "at_edge": int(near.any(axis=(1, 2)).sum())}
-        return Track(model.names, mean, kept, self.gamma, facts)
+        return Track(model, mean, kept, sampler=repr(self), gamma=self.gamma, facts=facts)
 
     def _check(self, model: Trajectory, rng: np.random.Generator) -> None:
         require_scene(model, rng)
