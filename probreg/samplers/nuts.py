@@ -84,10 +84,8 @@ class Nuts:
         sizes = []
         for c, start in enumerate(starts):
             z = np.linalg.solve(root, start - laplace.mean)
-            seed = int(rng.integers(2**31))
-            draws, bad, size = run_chain(
-                self, as_torch(potential), z, num_draws, seed, full_mass=True
-            )
+            seed, target = int(rng.integers(2**31)), as_torch(potential)
+            draws, bad, size = run_chain(self, target, z, num_draws, seed, full_mass=True)
             kept[c] = laplace.mean + draws @ root.T
             diverging[c, bad] = True
             sizes.append(size)

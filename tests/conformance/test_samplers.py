@@ -41,7 +41,7 @@ def size(sampler):
 
 def test_discovery_finds_the_samplers():
     expected = {"Exact", "Gibbs", "Importance", "MetropolisHastings", "Nuts"}
-    assert expected == set(public_classes(probreg.samplers))
+    assert expected <= set(public_classes(probreg.samplers))
 
 
 @pytest.mark.parametrize("sampler", **NAMED)

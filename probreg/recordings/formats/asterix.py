@@ -31,7 +31,7 @@ from probreg.recordings.formats._asterix_items import Message, Survey, messages
 from probreg.recordings.formats._format import RecordingFormat
 from probreg.sensors import Sensor
 from probreg.sensors.frame import LocalFrame
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 
 NAUTICAL_MILE_M = 1_852.0
 DAY_S = 86_400.0
@@ -111,24 +111,42 @@ def read(
     notes = [f"source {source} is not used" for source in passed]
     parts = []
     for source, name in sources.items():
-        sensor, place = setup.sensors[sensors[name]], found.get(source, Survey({}, None)).place
-        used = POSITIONS if sensor.cartesian else PLOTS
-        own = [m for m in every if m.source == source and m.category in used]
-        whole = [m for m in own if m.values and m.time_s is not None and m.height_m is not None]
+        k, place = sensors[name], found.get(source, Survey({}, None)).place
+        whole, lost = _usable(setup.sensors[k], [m for m in every if m.source == source])
         if not whole:
             raise InvalidInputError(f"{path} has no usable message of sensor {name!r} {source}.")
         height = place[2] if place else (heights_m or {}).get(name)
-        values, said = _values(sensor, frame, whole, place, height)
-        if len(whole) < len(own):
-            said.append(f"{len(own) - len(whole)} of {name} lack place, time or height; left out")
+        reports, said = _reports(setup.sensors[k], frame, whole, place, height)
         notes += said
-        real = np.isfinite(values).all(axis=1)
-        time = _unwrapped(np.array([m.time_s for m in whole]))
-        address = np.array([UNKNOWN if m.address is None else m.address for m in whole])
-        parts.append((np.full(real.sum(), sensors[name]), time[real], values[real], address[real]))
+        if lost:
+            notes.append(f"{lost} of {name} lack place, time or height; left out")
+        parts.append((np.full(len(reports[0]), k), *reports))
     recording = _join(setup, parts)
     checks.check(recording, setup.window_s)
     return recording, tuple(notes)
+
+
+def _usable(sensor: Sensor, own: list[Message]) -> tuple[list[Message], int]:
+    """Plots or positions of a source that are whole, and the number of those that are not."""
+    used = POSITIONS if sensor.cartesian else PLOTS
+    own = [m for m in own if m.category in used]
+    whole = [m for m in own if m.values and m.time_s is not None and m.height_m is not None]
+    return whole, len(own) - len(whole)
+
+
+def _reports(
+    sensor: Sensor,
+    frame: LocalFrame,
+    found: list[Message],
+    place: tuple[float, float, float] | None,
+    height: float | None,
+) -> tuple[tuple[FloatArray, FloatArray, IntArray], list[str]]:
+    """Times, values and addresses of one sensor's messages, and notes about them."""
+    values, said = _values(sensor, frame, found, place, height)
+    real = np.isfinite(values).all(axis=1)
+    time = _unwrapped(np.array([m.time_s for m in found]))
+    address = np.array([UNKNOWN if m.address is None else m.address for m in found])
+    return (time[real], values[real], address[real]), said
 
 
 def _check(setup: Setup, sources: Mapping[Source, str], sensors: dict[str, int]) -> LocalFrame:
