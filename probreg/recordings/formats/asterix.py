@@ -107,9 +107,8 @@ def read(
     frame = _check(setup, sources, sensors)
     every = list(messages(Path(path)))
     found = _survey(every)
-    passed = sorted(set(found) - set(sources))
-    notes = [f"source {source} is not used" for source in passed]
-    parts = []
+    notes = [f"source {source} is not used" for source in sorted(set(found) - set(sources))]
+    parts: list[tuple[FloatArray | IntArray, ...]] = []
     for source, name in sources.items():
         k, place = sensors[name], found.get(source, Survey({}, None)).place
         whole, lost = _usable(setup.sensors[k], [m for m in every if m.source == source])
@@ -118,8 +117,7 @@ def read(
         height = place[2] if place else (heights_m or {}).get(name)
         reports, said = _reports(setup.sensors[k], frame, whole, place, height)
         notes += said
-        if lost:
-            notes.append(f"{lost} of {name} lack place, time or height; left out")
+        notes += [f"{lost} of {name} lack place, time or height; left out"] if lost else []
         parts.append((np.full(len(reports[0]), k), *reports))
     recording = _join(setup, parts)
     checks.check(recording, setup.window_s)
@@ -211,7 +209,7 @@ def _unwrapped(time_of_day: FloatArray) -> FloatArray:
     return time_of_day + DAY_S * days
 
 
-def _join(setup: Setup, parts: Sequence[tuple[FloatArray, ...]]) -> Recording:
+def _join(setup: Setup, parts: Sequence[tuple[FloatArray | IntArray, ...]]) -> Recording:
     sensor, time, values, address = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.argsort(time, kind="stable")
     known, target = np.unique(address, return_inverse=True)
