@@ -40,7 +40,7 @@ def bias_rows(registration: Registration) -> list[dict[str, Any]]:
                 "high_50": float(half[k, 1]),
                 "low_90": float(most[k, 0]),
                 "high_90": float(most[k, 1]),
-                "told_by_data": float(registration.determined.share[k]),
+                "determined_by_data": float(registration.determined.share[k]),
                 "limit": None if verdict is None else verdict.limit,
                 "exceeds_limit": None if verdict is None else verdict.probability,
             }

@@ -51,7 +51,7 @@ def biases(registration: Registration) -> Table:
             "50 % to",
             "90 % from",
             "90 % to",
-            "told by data",
+            "determined by data",
         ),
         rows,
     )

@@ -54,7 +54,7 @@ def number(value: float, places: int) -> Number:
 
 
 def percent(probability: float) -> str:
-    """A probability in words that claim no more than draws can tell."""
+    """A probability in words that claim no more than the draws support."""
     if not np.isfinite(probability):
         return "not known"
     if probability < 0.001:

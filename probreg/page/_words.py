@@ -83,7 +83,7 @@ def sentences(registration: Registration) -> list[Sentence]:
 
 
 def matters(registration: Registration) -> list[str]:
-    """Warnings that forbid to use the result unread, causes first; empty if there are none."""
+    """Warnings to read before the result is used, causes first; empty if there are none."""
     said = [
         f"{v.name} exceeds its limit of {limit_text(registration, v.name, v.limit)} "
         f"(probability {percent(v.probability)})."
@@ -91,11 +91,11 @@ def matters(registration: Registration) -> list[str]:
         if v.text == "exceeds"
     ]
     said += _left_out(registration) + _model(registration)
-    said += [f"The draws are not to be trusted: {text}" for text in registration.draws.warnings]
+    said += [f"Do not trust the draws: {text}" for text in registration.draws.warnings]
     told = registration.determined
-    said += [f"No residual shows {text}: only the prior says it." for text in told.hidden]
+    said += [f"No residual shows {text}: only the prior determines it." for text in told.hidden]
     said += [
-        f"The data say less of {text} than the prior does."
+        f"The prior determines {text} more than the data do."
         for text in told.weak
         if text not in told.hidden
     ]
@@ -103,7 +103,7 @@ def matters(registration: Registration) -> list[str]:
 
 
 def _left_out(registration: Registration) -> list[str]:
-    """Sensors that much of the recording contradicts, worst first."""
+    """Sensors that disagree with much of the recording, worst first."""
     share = registration.left_out
     return [
         f"{registration.recording.sensors[k].name}: {100.0 * share[k]:.0f} % of its reports fit no "
@@ -114,21 +114,21 @@ def _left_out(registration: Registration) -> list[str]:
 
 
 def _model(registration: Registration) -> list[str]:
-    """What speaks against the biases, the noise, or the independence that were assumed."""
+    """Evidence against the assumed biases, noise or independence."""
     said = []
     scored, ratio = registration.held_out, registration.cluster_ratio
     bulk, every = registration.noise_scale
     if scored is not None and scored.verdict == "worse":
         said.append(
-            "Targets held out are predicted worse after correction than before: the biases of "
+            "Held-out targets are predicted worse after correction than before: the biases of "
             "sensors.toml do not describe this recording."
         )
     if np.isfinite(ratio).all() and ratio.max() > TOGETHER:
         worst = int(np.argmax(ratio))
         said.append(
-            "Errors of one target's reports hang together: intervals are about "
+            "Errors of one target's reports are correlated: intervals are about "
             f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
-            "Stamps rounded? Ranges slant? A term missing?"
+            "Are stamps rounded, are ranges slant ranges, is a term missing?"
         )
     if bulk > NOISE[1] or every < NOISE[0]:
         said.append(

@@ -16,7 +16,7 @@ from probreg.registration.residuals import (
 )
 from probreg.typing import FloatArray, IntArray
 
-_FEWEST = 50  # reports that tell a spread
+_FEWEST = 50  # reports from which a spread can be estimated
 _MOST = 20_000  # reports of a sensor that are enough for it
 _PASSES = 20
 _OWN = 0.1  # of a residual's variance; below, the neighbours' noise hides the sensor's own

@@ -18,7 +18,7 @@ def cluster_ratio(
     theta: FloatArray,
     covariance: FloatArray,
 ) -> FloatArray:
-    """Standard deviations that the targets' scores tell, over those of the posterior.
+    """Standard deviations by the targets' scores, relative to those of the posterior.
 
     The sandwich V J V with V the posterior covariance and J the sum over targets of the outer
     products of their scores: rows of one target may depend on each other in any way.

@@ -15,7 +15,7 @@ from probreg.recordings import Recording, Setup
 from probreg.registration._fit import settle, thinned
 from probreg.typing import FloatArray, IntArray
 
-PROVISIONAL = StudentT(3.0)  # bears half of the rows being wrong
+PROVISIONAL = StudentT(3.0)  # withstands half of the rows being wrong
 FEW_ROWS = 4_000  # for provisional fits
 _ROUNDS = 2  # of association with the biases known better and better
 

@@ -156,7 +156,7 @@ class Registration:
 
     @property
     def used(self) -> dict[str, int]:
-        """Reports that stand in a row, by sensor; the others tell nothing of the biases."""
+        """Reports that stand in a row, by sensor; the others carry no information on the biases."""
         sensors = self.recording.sensors
         members = self.recording.sensor[self.problem.plan.members]
         count = np.bincount(members, minlength=len(sensors)).tolist()
@@ -191,7 +191,7 @@ class Registration:
                 "50% high": half[:, 1],
                 "90% low": most[:, 0],
                 "90% high": most[:, 1],
-                "told by data": self.determined.share,
+                "determined by data": self.determined.share,
             },
             index=list(self.names),
         )

@@ -100,9 +100,9 @@ def left_out(before: Recording, after: Recording) -> FloatArray:
 
 
 def undetermined(found: Determined) -> list[str]:
-    """Combinations that only the prior tells."""
-    return [f"no residual shows {text}: only the prior says it." for text in found.hidden] + [
-        f"the prior says more of {text} than the data." for text in found.weak
+    """Combinations that only the prior determines."""
+    return [f"no residual shows {text}: only the prior determines it." for text in found.hidden] + [
+        f"the prior determines {text} more than the data do." for text in found.weak
     ]
 
 
@@ -128,7 +128,7 @@ def scale(bulk: float, every: float) -> list[str]:
     said = bulk if every > _NEAR[0] else every
     return [
         f"the noise is {said:.2g} times what sensors and acceleration_m_s2 declare; check both. "
-        "The intervals are scaled for errors that come anew with each report, not for what "
+        "The intervals are scaled for errors that are independent from report to report, not for what "
         "persists within a target."
     ]
 

@@ -52,7 +52,7 @@ def test_whole_second_stamps_hang_together_and_exact_ones_do_not():
     rounded = dataclasses.replace(recording, time=np.round(recording.time))
     found = registered(rounded, setup)
     assert found.cluster_ratio.max() > 2.0
-    (said,) = (text for text in matters(found) if "hang together" in text)
+    (said,) = (text for text in matters(found) if "are correlated" in text)
     assert f"about {found.cluster_ratio.max():.1f} times too narrow" in said
 
 
@@ -74,7 +74,7 @@ def test_few_targets_say_nothing_of_hanging_together():
     some = dataclasses.replace(recording, **{n: getattr(recording, n)[rows] for n in parts})
     found = registered(some, setup)
     assert np.isnan(found.cluster_ratio).all()
-    assert not any("hang together" in text for text in matters(found))
+    assert not any("are correlated" in text for text in matters(found))
 
 
 def test_without_biases_no_alarm_comes():
