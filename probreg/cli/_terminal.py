@@ -42,6 +42,9 @@ def plain_errors() -> Iterator[None]:
     except MemoryError:
         _fail("not enough memory; cut the recording into pieces of time.", BAD_INPUT)
     except KeyboardInterrupt:
+        # CPython remembers one that passed through `exec` of a text, as modules of dataclasses
+        # do when they load, and would end by the signal; the next `exec` forgets it
+        exec("")
         _fail("interrupted; nothing was written.", INTERRUPTED)
 
 

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from probreg import AssociatedReports
+from probreg import AssociatedReports, BearingReports, BearingSensor
 from probreg.errors import InvalidInputError
-from probreg.sensors.reports import smoothed_positions
+from probreg.sensors.reports import SensorReports, smoothed_positions
 from tests.conftest import PAIR_BIAS, polar_reports, radar_pair
 
 
@@ -91,3 +91,26 @@ def test_smoothing_needs_tracks_and_an_odd_window(data):
     tracked = rebuilt(data, tracks=np.zeros((30, 2), dtype=int))
     with pytest.raises(InvalidInputError, match="odd"):
         smoothed_positions(tracked, window=4)
+
+
+def test_reports_that_place_no_target_cannot_be_compared_as_positions(flat_pair):
+    camera = BearingSensor(2e-3, "camera")
+    values = (np.array([[1e4, 0.1]]), np.array([[0.2]]))
+    for make in (
+        lambda: AssociatedReports((flat_pair[0], camera), values),
+        lambda: SensorReports(camera, values[1]),
+    ):
+        with pytest.raises(InvalidInputError, match=r"'camera' \(bearing\) places no target"):
+            make()
+
+
+def test_bearings_come_as_numbers_or_as_a_column():
+    sensor, own = BearingSensor(2e-3), np.zeros((3, 2))
+    bearing = sensor.to_report(np.array([[1.0, 2.0], [3.0, -4.0], [-5.0, 1.0]]), own)
+    assert bearing.shape == (3, 1)
+    one, two = (BearingReports(sensor, b, own) for b in (bearing, bearing[:, 0]))
+    np.testing.assert_array_equal(one.bearing, two.bearing)
+    assert one.bearing.shape == (3,)
+    for wrong in (np.tile(bearing, 2), bearing[None]):
+        with pytest.raises(InvalidInputError, match="bearing of sensor 'sensor' has shape"):
+            BearingReports(sensor, wrong, own)
