@@ -128,7 +128,7 @@ def scale(bulk: float, every: float) -> list[str]:
     said = bulk if every > _NEAR[0] else every
     return [
         f"the noise is {said:.2g} times what sensors and acceleration_m_s2 declare; check both. "
-        "The intervals are scaled for errors that are independent from report to report, not for what "
+        "The intervals are scaled for errors independent from report to report, not for what "
         "persists within a target."
     ]
 
