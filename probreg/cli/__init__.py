@@ -43,7 +43,7 @@ app = typer.Typer(
     epilog=EXIT_CODES,
 )
 
-RecordingPath = Annotated[Path, typer.Argument(help="Reports, .csv or .parquet.")]
+RecordingPath = Annotated[Path, typer.Argument(help="Reports: .csv, .parquet or .ast.")]
 SensorsPath = Annotated[Path, typer.Option("--sensors", help="The file sensors.toml.")]
 OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write; made if not there.")]
 OutFile = Annotated[Path, typer.Option("--out", help="File to write, with the input's ending.")]
