@@ -31,6 +31,7 @@ benchmark: $(READY)
 	$(PY) benchmarks/bearings.py
 	$(PY) benchmarks/static_posterior.py
 	$(PY) benchmarks/paths.py
+	$(PY) benchmarks/tracks.py
 	$(PY) benchmarks/registration.py
 
 # rebuilt only when the lock or the project file changes

@@ -1,0 +1,227 @@
+"""Scalar equations of targets' reports, in order of target and time, and how targets move."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.typing import FloatArray, IntArray
+from probreg.validation import finite_array
+
+LEAST_WEIGHT = 1e-6  # a report of less weight is not there: 1e-300 is no zero to a filter
+
+
+class TrackEquations(NamedTuple):
+    """Reports as equations y = h . (position, constants) + s . biases + N(0, variance / w).
+
+    Reports are sorted by target and time; a report has any number of equations, none too.
+
+    Attributes
+    ----------
+    target_start : ndarray of int, shape (K + 1,)
+        Where the reports of each target begin; its last entry is their number n.
+    report_start : ndarray of int, shape (n + 1,)
+        Where the equations of each report begin; its last entry is their number E.
+    time : ndarray, shape (n,)
+        Seconds, not decreasing within a target.
+    y : ndarray, shape (E,)
+        What is observed, relative to the origin of the target's state.
+    h : ndarray, shape (E, d + c)
+        Sensitivity to position and to the constants of the target.
+    variance : ndarray, shape (E,)
+        Of the noise at weight one.
+    column : ndarray of int, shape (E, S)
+        Which biases enter; places that are not needed hold any index and a response of zero.
+    response : ndarray, shape (E, S)
+        The sensitivity s to them.
+    push : ndarray, shape (n, d) or (0, d)
+        Known acceleration from the report before to each report, such as the fall of level
+        flight in a rigid frame.
+    """
+
+    target_start: IntArray
+    report_start: IntArray
+    time: FloatArray
+    y: FloatArray
+    h: FloatArray
+    variance: FloatArray
+    column: IntArray
+    response: FloatArray
+    push: FloatArray
+
+    @property
+    def dim(self) -> int:
+        """Dimensions of the position."""
+        return self.push.shape[1]
+
+    @property
+    def num_constants(self) -> int:
+        """Constants of a target."""
+        return self.h.shape[1] - self.push.shape[1]
+
+    @property
+    def target(self) -> IntArray:
+        """Number of the target of each report, shape (n,)."""
+        return np.repeat(np.arange(len(self.target_start) - 1), np.diff(self.target_start))
+
+    @property
+    def report(self) -> IntArray:
+        """Number of the report of each equation, shape (E,)."""
+        return np.repeat(np.arange(len(self.time)), np.diff(self.report_start))
+
+    def precision(self, weights: FloatArray | None = None) -> FloatArray:
+        """Precision of each equation under weights (n,) of reports or (E,) of equations.
+
+        Zero where the weight is below `LEAST_WEIGHT`: such an equation is not there.
+        """
+        if weights is None:
+            return 1.0 / self.variance
+        w = np.asarray(weights, dtype=float)
+        if w.shape == self.time.shape:
+            w = w[self.report]
+        elif w.shape != self.y.shape:
+            raise InvalidInputError(
+                f"weights have shape {w.shape}; one a report ({len(self.time)},) or one an "
+                f"equation ({len(self.y)},) is needed."
+            )
+        bad = np.flatnonzero(~((w >= 0.0) & (w < np.inf)))
+        if bad.size:
+            raise InvalidInputError(f"weight {bad[0]} is {w[bad[0]]}; it must be zero or more.")
+        return np.where(w < LEAST_WEIGHT, 0.0, w / self.variance)
+
+    def minus_biases(self, delta: FloatArray) -> FloatArray:
+        """What is observed less the biases' part, y - s . delta, shape (E,)."""
+        if not self.column.size:
+            return self.y
+        return self.y - np.einsum("es,es->e", self.response, np.asarray(delta)[self.column])
+
+
+class TrackMotion(NamedTuple):
+    """How targets move: white acceleration, from a wide start at the time of the first report.
+
+    Attributes
+    ----------
+    q : ndarray, shape (K,)
+        Density of the acceleration of each target, (m/s^2)^2 / Hz.
+    start_mean, start_variance : ndarray, shape (K, 2 d + c)
+        Of position, velocity and constants, which are independent at the start.
+    """
+
+    q: FloatArray
+    start_mean: FloatArray
+    start_variance: FloatArray
+
+
+class ScalarEquations(NamedTuple):
+    """Equations as they come, report by report.
+
+    Attributes
+    ----------
+    y, variance : ndarray, shape (E,)
+    h : ndarray, shape (E, d)
+        Sensitivity to the position.
+    constants : ndarray, shape (E, c), optional
+        Sensitivity to the constants of the target.
+    column, response : ndarray, shape (E, S), optional
+        Indices of biases and the sensitivities to them.
+    """
+
+    y: FloatArray
+    h: FloatArray
+    variance: FloatArray
+    constants: FloatArray | None = None
+    column: IntArray | None = None
+    response: FloatArray | None = None
+
+
+def track_equations(
+    target_start: IntArray,
+    report_start: IntArray,
+    time: FloatArray,
+    scalar: ScalarEquations,
+    push: FloatArray | None = None,
+) -> TrackEquations:
+    """Check arrays and put them together; see `TrackEquations`.
+
+    Raises
+    ------
+    InvalidInputError
+        Shapes that do not fit, numbers that are not finite, time that goes back within a
+        target, a variance that is not above zero, a negative column.
+    """
+    first = _offsets("target_start", target_start, np.size(time))
+    own = _offsets("report_start", report_start, np.size(scalar.y))
+    n, E = int(first[-1]), int(own[-1])
+    h = finite_array("h", scalar.h, (E, None))
+    d = h.shape[1]
+    extra = np.zeros((E, 0)) if scalar.constants is None else scalar.constants
+    response = np.zeros((E, 0)) if scalar.response is None else scalar.response
+    column = np.zeros((E, 0), dtype=int) if scalar.column is None else np.asarray(scalar.column)
+    response = finite_array("response", response, (E, None))
+    if column.shape != response.shape or column.dtype.kind not in "iu" or (column < 0).any():
+        raise InvalidInputError(
+            f"column has shape {column.shape}, response {response.shape}; one index from zero "
+            "for each response is needed."
+        )
+    found = TrackEquations(
+        first,
+        own,
+        finite_array("time", time, (n,)),
+        finite_array("y", scalar.y, (E,)),
+        np.hstack([h, finite_array("constants", extra, (E, None))]),
+        finite_array("variance", scalar.variance, (E,)),
+        np.ascontiguousarray(column, dtype=np.int64),
+        np.ascontiguousarray(response),
+        np.zeros((0, d))
+        if push is None
+        else np.ascontiguousarray(finite_array("push", push, (n, d))),
+    )
+    back = np.flatnonzero((np.diff(found.time) < 0.0) & (np.diff(found.target) == 0))
+    if back.size:
+        raise InvalidInputError(
+            f"time goes back at report {back[0] + 1}: sort the reports by target and time."
+        )
+    bad = np.flatnonzero(found.variance <= 0.0)
+    if bad.size:
+        raise InvalidInputError(f"variance[{bad[0]}] is {found.variance[bad[0]]}, not above zero.")
+    return found
+
+
+def track_motion(
+    equations: TrackEquations,
+    q: float | FloatArray,
+    start_mean: FloatArray,
+    start_sd: FloatArray,
+) -> TrackMotion:
+    """Check and spread over the targets: q, means and standard deviations of the start.
+
+    Raises
+    ------
+    InvalidInputError
+        Shapes that do not fit, a negative density, a standard deviation that is not above zero.
+    """
+    K = len(equations.target_start) - 1
+    size = 2 * equations.dim + equations.num_constants
+    try:
+        density = np.broadcast_to(np.asarray(q, dtype=float), (K,))
+        mean = np.broadcast_to(np.asarray(start_mean, dtype=float), (K, size))
+        sd = np.broadcast_to(np.asarray(start_sd, dtype=float), (K, size))
+    except ValueError as error:
+        raise InvalidInputError(f"{K} targets of {size} states each are needed: {error}") from None
+    density = finite_array("q", density, (K,))
+    if (density < 0.0).any() or not (finite_array("start_sd", sd, (K, size)) > 0.0).all():
+        raise InvalidInputError("q must be zero or more, every start_sd above zero.")
+    mean = finite_array("start_mean", mean, (K, size))
+    return TrackMotion(*(np.ascontiguousarray(a) for a in (density, mean, sd**2)))
+
+
+def _offsets(name: str, value: object, total: int) -> IntArray:
+    offsets = np.asarray(value)
+    whole = offsets.ndim == 1 and offsets.size > 0 and offsets.dtype.kind in "iu"
+    if not whole or offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != total:
+        raise InvalidInputError(
+            f"{name} must be whole numbers that do not decrease, from 0 to {total}."
+        )
+    return np.ascontiguousarray(offsets, dtype=np.int64)

@@ -1,0 +1,152 @@
+"""Compiled Kalman filter that carries the bias columns along (de Jong 1991).
+
+State: position (d), velocity (d), constants of the target (c). All functions work in place on
+small arrays made once a call.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.typing import FloatArray
+
+_LOG_2PI = float(np.log(2.0 * np.pi))
+# contraction and reassociation only: NaN and infinity keep their meaning
+FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def begin(mean: FloatArray, variance: FloatArray, m: FloatArray, P: FloatArray) -> None:
+    """Write the start of a target into m and P."""
+    for a in range(m.size):
+        m[a] = mean[a]
+        for b in range(m.size):
+            P[a, b] = 0.0
+        P[a, a] = variance[a]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def predict(m: FloatArray, P: FloatArray, dt: float, q: float, d: int) -> None:
+    """Move mean and covariance on by dt: F = [I, dt I; 0, I], white acceleration of density q."""
+    for a in range(d):
+        m[a] += dt * m[d + a]
+    # rows of positions, then columns: P <- F P F'
+    for a in range(d):
+        for b in range(m.size):
+            P[a, b] += dt * P[d + a, b]
+    for a in range(m.size):
+        for b in range(d):
+            P[a, b] += dt * P[a, d + b]
+    half, third = 0.5 * q * dt * dt, q * dt * dt * dt / 3.0
+    for a in range(d):
+        P[a, a] += third
+        P[a, d + a] += half
+        P[d + a, a] += half
+        P[d + a, d + a] += q * dt
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def gain_of(P: FloatArray, h: FloatArray, d: int, g: FloatArray) -> float:
+    """Write g = P h; returns h . g. h counts positions and constants, not velocities."""
+    n = g.size
+    for a in range(n):
+        g[a] = 0.0
+    for b in range(h.size):
+        # a row of the symmetric P, so that memory is read in order
+        row = b if b < d else b + d
+        for a in range(n):
+            g[a] += P[row, a] * h[b]
+    spread = 0.0
+    for b in range(h.size):
+        spread += h[b] * g[b if b < d else b + d]
+    return spread
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def project(h: FloatArray, x: FloatArray, d: int) -> float:
+    """Part h . (position, constants) of a state."""
+    value = 0.0
+    for b in range(h.size):
+        value += h[b] * x[b if b < d else b + d]
+    return value
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def shrink(m: FloatArray, P: FloatArray, g: FloatArray, phi: float, nu: float) -> None:
+    """Take one equation in: m += g nu / phi, P -= g g' / phi."""
+    for a in range(m.size):
+        scaled = g[a] / phi
+        m[a] += scaled * nu
+        for b in range(m.size):
+            P[a, b] -= scaled * g[b]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def information(
+    equations: TrackEquations,
+    motion: TrackMotion,
+    precision: FloatArray,
+    J: FloatArray,
+    eta: FloatArray,
+    ll: FloatArray,
+) -> None:
+    """Gaussian information of each target about the biases, its path eliminated.
+
+    Writes J (K, p, p), eta (K, p), ll (K,): log p(y | delta) is ll + eta.delta - delta'J delta / 2.
+    """
+    d, p = equations.push.shape[1], eta.shape[1]
+    size = d + equations.h.shape[1]
+    m, P, M = np.empty(size), np.empty((size, size)), np.empty((size, p))
+    g, n = np.empty(size), np.empty(p)
+    pushed = len(equations.push) > 0
+    for k in range(len(ll)):
+        begin(motion.start_mean[k], motion.start_variance[k], m, P)
+        M[:] = 0.0
+        Jk, etak = J[k], eta[k]
+        Jk[:] = 0.0
+        etak[:] = 0.0
+        log_density = 0.0
+        low, high = equations.target_start[k], equations.target_start[k + 1]
+        for i in range(low, high):
+            dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
+            if dt > 0.0:
+                predict(m, P, dt, motion.q[k], d)
+                for a in range(d):
+                    for c in range(p):
+                        M[a, c] += dt * M[d + a, c]
+                if pushed:
+                    for a in range(d):
+                        m[a] += 0.5 * dt * dt * equations.push[i, a]
+                        m[d + a] += dt * equations.push[i, a]
+            for e in range(equations.report_start[i], equations.report_start[i + 1]):
+                if precision[e] == 0.0:
+                    continue
+                h = equations.h[e]
+                phi = gain_of(P, h, d, g) + 1.0 / precision[e]
+                nu = equations.y[e] - project(h, m, d)
+                for c in range(p):
+                    n[c] = 0.0
+                for s in range(equations.column.shape[1]):
+                    n[equations.column[e, s]] += equations.response[e, s]
+                for b in range(h.size):
+                    row = M[b if b < d else b + d]
+                    for c in range(p):
+                        n[c] -= h[b] * row[c]
+                scaled = nu / phi
+                log_density -= 0.5 * (_LOG_2PI + np.log(phi) + nu * scaled)
+                for a in range(p):
+                    etak[a] += scaled * n[a]
+                    part = n[a] / phi
+                    for c in range(a + 1):
+                        Jk[a, c] += part * n[c]
+                for a in range(size):
+                    part = g[a] / phi
+                    for c in range(p):
+                        M[a, c] += part * n[c]
+                shrink(m, P, g, phi, nu)
+        ll[k] = log_density
+        for a in range(p):
+            for c in range(a):
+                Jk[c, a] = Jk[a, c]

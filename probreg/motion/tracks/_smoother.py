@@ -1,0 +1,232 @@
+"""Compiled Bryson-Frazier smoother: no inverse of the process noise, equal times are harmless."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._filter import FAST, begin, gain_of, predict, project, shrink
+from probreg.typing import FloatArray
+
+
+class Memory(NamedTuple):
+    """What the filter leaves for the way back, of one target.
+
+    Attributes
+    ----------
+    m : ndarray, shape (L, size)
+    P : ndarray, shape (L, size, size)
+        Before the equations of each report.
+    g : ndarray, shape (L', size)
+    phi, nu : ndarray, shape (L',)
+        Of each equation: gain times variance, predictive variance, innovation.
+    """
+
+    m: FloatArray
+    P: FloatArray
+    g: FloatArray
+    phi: FloatArray
+    nu: FloatArray
+
+
+class Smoothing(NamedTuple):
+    """Where the smoother writes; all but the mean may have length zero, and is then left out.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (n, size)
+    covariance : ndarray, shape (n, size, size)
+    residual : ndarray, shape (E,)
+        Of each equation against the smoothed state.
+    spread : ndarray, shape (E, width)
+        h V h' of each equation with those of its report.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    residual: FloatArray
+    spread: FloatArray
+
+
+@numba.njit(cache=True)
+def memory_of(equations: TrackEquations) -> Memory:
+    """Room for the largest target."""
+    size = equations.push.shape[1] + equations.h.shape[1]
+    longest, widest = 0, 0
+    for k in range(len(equations.target_start) - 1):
+        low, high = equations.target_start[k], equations.target_start[k + 1]
+        longest = max(longest, high - low)
+        widest = max(widest, equations.report_start[high] - equations.report_start[low])
+    return Memory(
+        np.empty((longest, size)),
+        np.empty((longest, size, size)),
+        np.empty((widest, size)),
+        np.empty(widest),
+        np.empty(widest),
+    )
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def forward(
+    equations: TrackEquations,
+    motion: TrackMotion,
+    precision: FloatArray,
+    y: FloatArray,
+    k: int,
+    memory: Memory,
+) -> None:
+    """Filter target k and remember; phi is zero where an equation is not there."""
+    d, size = equations.push.shape[1], memory.m.shape[1]
+    m, P = np.empty(size), np.empty((size, size))
+    pushed = len(equations.push) > 0
+    low, high = equations.target_start[k], equations.target_start[k + 1]
+    base = equations.report_start[low]
+    begin(motion.start_mean[k], motion.start_variance[k], m, P)
+    for i in range(low, high):
+        dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
+        if dt > 0.0:
+            predict(m, P, dt, motion.q[k], d)
+            if pushed:
+                for a in range(d):
+                    m[a] += 0.5 * dt * dt * equations.push[i, a]
+                    m[d + a] += dt * equations.push[i, a]
+        memory.m[i - low] = m
+        memory.P[i - low] = P
+        for e in range(equations.report_start[i], equations.report_start[i + 1]):
+            memory.phi[e - base] = 0.0
+            if precision[e] == 0.0:
+                continue
+            g, h = memory.g[e - base], equations.h[e]
+            phi = gain_of(P, h, d, g) + 1.0 / precision[e]
+            nu = y[e] - project(h, m, d)
+            memory.phi[e - base] = phi
+            memory.nu[e - base] = nu
+            shrink(m, P, g, phi, nu)
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def give_back(
+    h: FloatArray,
+    d: int,
+    g: FloatArray,
+    phi: float,
+    nu: float,
+    r: FloatArray,
+    N: FloatArray,
+    u: FloatArray,
+) -> None:
+    """Carry r and N back over one equation of gain k = g / phi; u is room to work in.
+
+    r becomes r + h (nu / phi - k'r), N becomes (I - h k') N (I - k h') + h h' / phi.
+    """
+    size = r.size
+    lead, within = nu, phi
+    for a in range(size):
+        u[a] = 0.0
+        for b in range(size):
+            u[a] += N[b, a] * g[b]
+        lead -= g[a] * r[a]
+        within += g[a] * u[a]
+    lead, within = lead / phi, within / (phi * phi)
+    for b in range(h.size):
+        row = b if b < d else b + d
+        r[row] += h[b] * lead
+        for a in range(size):
+            N[row, a] -= h[b] * u[a] / phi
+            N[a, row] -= h[b] * u[a] / phi
+        for c in range(h.size):
+            N[row, c if c < d else c + d] += h[b] * h[c] * within
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def carry_back(r: FloatArray, N: FloatArray, dt: float, d: int) -> None:
+    """Carry r and N back over dt seconds: F'r and F'N F."""
+    for a in range(d):
+        r[d + a] += dt * r[a]
+    for a in range(d):
+        for b in range(r.size):
+            N[d + a, b] += dt * N[a, b]
+    for a in range(r.size):
+        for b in range(d):
+            N[a, d + b] += dt * N[a, b]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def smoothed_covariance(P: FloatArray, N: FloatArray, work: FloatArray, V: FloatArray) -> None:
+    """Write V = P - P N P."""
+    size = P.shape[0]
+    for a in range(size):
+        for b in range(size):
+            work[a, b] = 0.0
+        for c in range(size):
+            for b in range(size):
+                work[a, b] += P[a, c] * N[c, b]
+    for a in range(size):
+        for b in range(size):
+            V[a, b] = P[a, b]
+        for c in range(size):
+            for b in range(size):
+                V[a, b] -= work[a, c] * P[c, b]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def smooth_reports(
+    equations: TrackEquations,
+    motion: TrackMotion,
+    precision: FloatArray,
+    y: FloatArray,
+    out: Smoothing,
+) -> None:
+    """Smooth all targets; parts of `out` that have length zero are left out."""
+    d, size = equations.push.shape[1], out.mean.shape[1]
+    memory = memory_of(equations)
+    r, u, N, V = np.empty(size), np.empty(size), np.empty((size, size)), np.empty((size, size))
+    work = np.empty((size, size))
+    for k in range(len(motion.q)):
+        forward(equations, motion, precision, y, k, memory)
+        low, high = equations.target_start[k], equations.target_start[k + 1]
+        base = equations.report_start[low]
+        r[:] = 0.0
+        N[:] = 0.0
+        for i in range(high - 1, low - 1, -1):
+            for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
+                phi = memory.phi[e - base]
+                if phi > 0.0:
+                    nu = memory.nu[e - base]
+                    give_back(equations.h[e], d, memory.g[e - base], phi, nu, r, N, u)
+            P = memory.P[i - low]
+            for a in range(size):
+                out.mean[i, a] = memory.m[i - low, a]
+                for b in range(size):
+                    out.mean[i, a] += P[a, b] * r[b]
+            if len(out.covariance) > 0 or len(out.spread) > 0:
+                smoothed_covariance(P, N, work, V)
+            if len(out.covariance) > 0:
+                out.covariance[i] = V
+            judge(equations, y, i, V, u, out)
+            if i > low:
+                carry_back(r, N, equations.time[i] - equations.time[i - 1], d)
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def judge(
+    equations: TrackEquations,
+    y: FloatArray,
+    i: int,
+    V: FloatArray,
+    u: FloatArray,
+    out: Smoothing,
+) -> None:
+    """Write residuals and h V h' of the equations of report i."""
+    d = equations.push.shape[1]
+    first, last = equations.report_start[i], equations.report_start[i + 1]
+    for e in range(first, last):
+        if len(out.residual) > 0:
+            out.residual[e] = y[e] - project(equations.h[e], out.mean[i], d)
+        if len(out.spread) > 0:
+            gain_of(V, equations.h[e], d, u)
+            for f in range(first, last):
+                out.spread[e, f - first] = project(equations.h[f], u, d)
