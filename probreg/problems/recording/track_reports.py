@@ -1,0 +1,282 @@
+"""Reports of targets as arrays, and the equations they are near given biases and paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.motion.tracks import ScalarEquations, TrackEquations, track_equations
+from probreg.problems.recording.axes import Axes, fall
+from probreg.sensors.geometry import wrap_angle
+from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.validation import finite_array
+
+
+class ErrorTerm(Protocol):
+    """A systematic error, linear in one unknown coefficient."""
+
+    @property
+    def stamp(self) -> float:
+        """Derivative of the report's time stamp by the coefficient."""
+
+    def column(self, reports: FloatArray) -> FloatArray:
+        """Derivative (n, q) of true reports (n, q) by the coefficient."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensorModel:
+    """A sensor as the track model sees it.
+
+    Parameters
+    ----------
+    axes : Axes
+    sigmas : ndarray, shape (q,)
+        Standard deviations of the components, metres and radians.
+    terms : tuple of (int, ErrorTerm)
+        Systematic errors, each with its place among the biases.
+    own : tuple of (int, ErrorTerm)
+        Errors that belong to the target and stay with it, each with its place among the
+        constants of a target.
+    """
+
+    axes: Axes
+    sigmas: FloatArray
+    terms: tuple[tuple[int, ErrorTerm], ...] = ()
+    own: tuple[tuple[int, ErrorTerm], ...] = ()
+
+    def __post_init__(self) -> None:
+        q = len(self.axes.angles)
+        sigmas = finite_array("sigmas", self.sigmas, (q,))
+        if (sigmas <= 0.0).any():
+            raise InvalidInputError(f"sigmas {sigmas} must be above zero.")
+        object.__setattr__(self, "sigmas", sigmas)
+
+
+class PathPoints(NamedTuple):
+    """Where targets are at a time near that of each report, in the order of the reports.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+    position, velocity : ndarray, shape (n, d)
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class TrackReports:
+    """Reports of targets that move, as arrays.
+
+    Parameters
+    ----------
+    models : tuple of SensorModel
+    sensor : ndarray of int, shape (n,)
+        Which model each report is of.
+    target : ndarray of int, shape (n,)
+        Whom it says it is of, from 0.
+    time : ndarray, shape (n,)
+        Its stamp, seconds.
+    values : ndarray, shape (n, q)
+        Components; NaN those that are missing or that the sensor does not have.
+    num_biases, num_constants : int
+        Of all sensors; of each target.
+    dim : int
+        Dimensions of the position.
+    radius_m : float
+        Of the earth, for the fall of level flight in a rigid frame; infinite on a plane.
+
+    Raises
+    ------
+    InvalidInputError
+        Arrays that do not fit; a report without any component.
+    """
+
+    models: tuple[SensorModel, ...]
+    sensor: IntArray
+    target: IntArray
+    time: FloatArray
+    values: FloatArray
+    num_biases: int
+    dim: int = 2
+    num_constants: int = 0
+    radius_m: float = np.inf
+
+    def __post_init__(self) -> None:
+        n = np.size(self.time)
+        time = finite_array("time", self.time, (n,))
+        values = np.asarray(self.values, dtype=float)
+        whole = {name: np.asarray(getattr(self, name)) for name in ("sensor", "target")}
+        for name, array in whole.items():
+            if array.shape != (n,) or array.dtype.kind not in "iu" or (array < 0).any():
+                raise InvalidInputError(f"{name} must be ({n},) whole numbers from 0.")
+        if n == 0 or whole["sensor"].max() >= len(self.models):
+            raise InvalidInputError(f"no reports, or of a sensor beyond the {len(self.models)}.")
+        widest = max(len(model.sigmas) for model in self.models)
+        if values.shape != (n, widest):
+            raise InvalidInputError(f"values have shape {values.shape}; ({n}, {widest}) is needed.")
+        mute = np.flatnonzero(~np.isfinite(values).any(axis=1))
+        if mute.size:
+            raise InvalidInputError(f"report {mute[0]} ({mute.size} in all) has no component.")
+        columns = [c for model in self.models for c, _ in model.terms]
+        own = [c for model in self.models for c, _ in model.own]
+        if any(c >= self.num_biases for c in columns) or any(c >= self.num_constants for c in own):
+            raise InvalidInputError("a term has a place beyond the biases or constants.")
+        for name, value in {**whole, "time": time, "values": values}.items():
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def num_targets(self) -> int:
+        """Targets, named or skipped."""
+        return int(self.target.max()) + 1
+
+    def shifted_time(self, theta: FloatArray) -> FloatArray:
+        """Times (n,) by clocks corrected by theta."""
+        late = np.zeros(len(self.models))
+        for k, model in enumerate(self.models):
+            late[k] = sum(term.stamp * theta[c] for c, term in model.terms)
+        return self.time - late[self.sensor]
+
+    def linearise(self, theta: FloatArray, path: PathPoints) -> TrackLinearisation:
+        """Equations tangent at biases theta (p,) and a path.
+
+        Columns and directions are those at the path, never at the noisy report itself: the same
+        noise in both would bias the estimate.
+        """
+        theta = finite_array("theta", theta, (self.num_biases,))
+        time = self.shifted_time(theta)
+        rows = np.lexsort([np.arange(len(time)), time, self.target])
+        position = path.position + (time - path.time)[:, None] * path.velocity
+        parts = self._components(theta, position, path.velocity)
+        given = parts.given[rows]
+        counts = given.sum(axis=1)
+        target_count = np.bincount(self.target, minlength=self.num_targets)
+        equations = track_equations(
+            np.concatenate([[0], np.cumsum(target_count)]),
+            np.concatenate([[0], np.cumsum(counts)]),
+            time[rows],
+            ScalarEquations(
+                parts.y[rows][given],
+                parts.h[rows][given],
+                parts.variance[rows][given],
+                parts.constants[rows][given],
+                parts.column[rows][given],
+                parts.response[rows][given],
+            ),
+            self._push(rows, position, path.velocity),
+        )
+        order = np.empty_like(rows)
+        order[rows] = np.arange(len(rows))
+        return TrackLinearisation(equations, rows, order, theta)
+
+    def _components(
+        self, theta: FloatArray, position: FloatArray, velocity: FloatArray
+    ) -> _Components:
+        n, q = self.values.shape
+        width = max((len(model.terms) for model in self.models), default=0)
+        parts = _Components(
+            np.isfinite(self.values),
+            np.zeros((n, q)),
+            np.zeros((n, q, self.dim)),
+            np.ones((n, q)),
+            np.zeros((n, q, self.num_constants)),
+            np.zeros((n, q, width), dtype=np.int64),
+            np.zeros((n, q, width)),
+        )
+        for k, model in enumerate(self.models):
+            own = np.flatnonzero(self.sensor == k)
+            m = len(model.sigmas)
+            parts.given[own, m:] = False
+            if own.size:
+                x, v = position[own], velocity[own]
+                _write(parts, own, model, theta, (x, v, self.values[own, :m]))
+        return parts
+
+    def _push(
+        self, rows: IntArray, position: FloatArray, velocity: FloatArray
+    ) -> FloatArray | None:
+        if not np.isfinite(self.radius_m):
+            return None
+        here = fall(position[rows], velocity[rows], self.radius_m)
+        push = here.copy()
+        push[1:] = 0.5 * (here[1:] + here[:-1])
+        first = np.flatnonzero(np.diff(self.target[rows], prepend=-1))
+        push[first] = here[first]
+        return push
+
+
+@dataclass(frozen=True, eq=False)
+class TrackLinearisation:
+    """Equations of reports near biases and paths.
+
+    Attributes
+    ----------
+    equations : TrackEquations
+        In order of target and corrected time; biases are counted from `theta`.
+    rows : ndarray of int, shape (n,)
+        Which report stands in each place.
+    order : ndarray of int, shape (n,)
+        In which place each report stands.
+    theta : ndarray, shape (p,)
+    """
+
+    equations: TrackEquations
+    rows: IntArray
+    order: IntArray
+    theta: FloatArray
+
+    def path(self, states: FloatArray) -> PathPoints:
+        """Smoothed states (n, size) as a path in the order of the reports."""
+        d = self.equations.dim
+        own = states[self.order]
+        return PathPoints(self.equations.time[self.order], own[:, :d], own[:, d : 2 * d])
+
+
+class _Components(NamedTuple):
+    """Equations of every component of every report, (n, q, ...); `given` those that are there."""
+
+    given: BoolArray
+    y: FloatArray
+    h: FloatArray
+    variance: FloatArray
+    constants: FloatArray
+    column: IntArray
+    response: FloatArray
+
+
+def _write(
+    parts: _Components,
+    own: IntArray,
+    model: SensorModel,
+    theta: FloatArray,
+    at: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Fill in the equations of the reports `own` of one sensor."""
+    position, velocity, values = at
+    seen = model.axes.observe(position)
+    m = len(model.sigmas)
+    moved = np.einsum("nqd,nd->nq", seen.gradient, velocity)
+    off = values - seen.value
+
+    def response(term: ErrorTerm) -> FloatArray:
+        return seen.factor * term.column(seen.value) - term.stamp * moved
+
+    for j, (c, term) in enumerate(model.terms):
+        off = off - theta[c] * term.column(seen.value)
+        parts.column[own, :, j] = c
+        parts.response[own, :m, j] = response(term)
+    for c, term in model.own:
+        parts.constants[own, :m, c] += response(term)
+    off[:, model.axes.angles] = wrap_angle(off[:, model.axes.angles])
+    at_path = np.einsum("nqd,nd->nq", seen.gradient, position)
+    parts.y[own, :m] = seen.factor * off + at_path
+    parts.h[own, :m] = seen.gradient
+    parts.variance[own, :m] = (seen.factor * model.sigmas) ** 2
