@@ -16,7 +16,7 @@ Tukey(c)                  (1 - d^2 / c^2)^2, 0                   no
 
 from probreg.noise._compiled import apply_same, compile_scalar
 from probreg.noise._law import NoiseLaw, require_law, require_scalar_law
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import Mixture, MixtureCounts, ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
 from probreg.noise.hard_reject import HardReject
@@ -33,6 +33,8 @@ __all__ = [
     "Huber",
     "Hyperbolic",
     "Igg3",
+    "Mixture",
+    "MixtureCounts",
     "NoiseLaw",
     "ScaleMixture",
     "StudentT",

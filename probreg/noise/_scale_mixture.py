@@ -2,13 +2,60 @@
 
 from __future__ import annotations
 
+import dataclasses
 from abc import abstractmethod
-from typing import ClassVar
+from collections.abc import Collection
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from probreg.noise._law import NoiseLaw, Size
 from probreg.typing import FloatArray
+
+LEAST_SHARE = 1e-40  # far residuals live on small shares
+WEAK = 4.0  # components of noise that a nominal scale counts for
+
+
+class Mixture(NamedTuple):
+    """A law as a sum of Gaussians of m components, covariance `variance` times the identity.
+
+    Attributes
+    ----------
+    share, variance : ndarray, shape (J,)
+        Shares add up to one. A continuous mixture is a grid, fine enough for what a residual
+        says of the precision.
+    """
+
+    share: FloatArray
+    variance: FloatArray
+
+
+class MixtureCounts(NamedTuple):
+    """What residuals say of the Gaussians of a `Mixture`, in expectation.
+
+    Attributes
+    ----------
+    rows, components, square : ndarray, shape (J,)
+        Rows that are of each Gaussian, their components, and the sum of their squared noise.
+    """
+
+    rows: FloatArray
+    components: FloatArray
+    square: FloatArray
+
+
+def on_grid(log_share: FloatArray, variance: FloatArray) -> Mixture:
+    """Shares that add up to one; points without any are left out."""
+    share = np.exp(log_share - log_share.max())
+    seen = share > LEAST_SHARE
+    return Mixture(share[seen] / share.sum(), variance[seen])
+
+
+def log_grid(low: float, high: float, step: float = 0.5) -> FloatArray:
+    """Points equally spaced in the logarithm: the trapezoid rule converges fast there."""
+    edges = np.log([low, high])
+    points: FloatArray = np.exp(np.arange(edges[0], edges[1] + step, step))
+    return points
 
 
 class ScaleMixture(NoiseLaw):
@@ -19,6 +66,37 @@ class ScaleMixture(NoiseLaw):
     @abstractmethod
     def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
         """Draw the precision given the squared norm, at unit scale."""
+
+    @abstractmethod
+    def unit_mixture(self, m: int) -> Mixture:
+        """The law of m components at unit scale as a sum of Gaussians."""
+
+    def mixture(self, m: int) -> Mixture:
+        """The law of m components as a sum of Gaussians; scalar parameters only."""
+        share, variance = self.unit_mixture(1 if self.componentwise else m)
+        return Mixture(share, variance * float(self.unit) ** 2)
+
+    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> Self:
+        """The law at the parameters that expected counts suggest: a step of EM.
+
+        Weak priors keep parameters where nothing is said of them.
+
+        Parameters
+        ----------
+        counts : MixtureCounts
+            Of `mixture(m)` of this law.
+        m : int
+            Components of a row.
+        unknown : collection of str
+            Parameters that may change, of `supports`.
+        """
+        if self.unit_name not in unknown:
+            return self
+        relative = counts.square / self.unit_mixture(m).variance
+        change: dict[str, Any] = {
+            self.unit_name: weak_scale(relative.sum(), counts.components.sum())
+        }
+        return dataclasses.replace(self, **change)  # type: ignore[type-var]
 
     def draw_precision(
         self, rng: np.random.Generator, v: FloatArray, m: Size | None = None
@@ -42,3 +120,8 @@ class ScaleMixture(NoiseLaw):
         law = self._spread()
         d2, size = law.squared_norm(v, m)
         return law.draw_unit_precision(rng, d2, size) / np.asarray(law.unit) ** 2
+
+
+def weak_scale(square: float, components: float, nominal: float = 1.0) -> float:
+    """Scale of noise from the sum of its squares, with a weak prior about `nominal`."""
+    return float(np.sqrt((square + WEAK * nominal**2) / (components + WEAK)))

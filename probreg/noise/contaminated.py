@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,9 +11,11 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.noise._compiled import KernelFunction, WeightFunction
 from probreg.noise._law import Size, above_zero
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import Mixture, MixtureCounts, ScaleMixture, weak_scale
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
+
+LEAST_SCALE = 1.5  # of outliers, where it is estimated
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
@@ -119,3 +121,21 @@ class Contaminated(ScaleMixture):
         precision = 1.0 / np.asarray(self.scale) ** 2
         wide = (1.0 - self.unit_weight(d2, m)) / (1.0 - precision)
         return np.where(rng.random(np.shape(d2)) < wide, precision, 1.0)
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """The good rows and the outliers."""
+        rate, scale = float(self.rate), float(self.scale)
+        return Mixture(np.array([1.0 - rate, rate]), np.array([1.0, scale**2]))
+
+    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> Contaminated:
+        """Rate, scales of good rows and of outliers; rate with the prior Beta(1, 9)."""
+        core, scale, rate = float(self.core_scale), float(self.scale), float(self.rate)
+        wide = core * scale
+        if "rate" in unknown:
+            rate = float((counts.rows[1] + 1.0) / (counts.rows.sum() + 10.0))
+        if "core_scale" in unknown:
+            core = weak_scale(counts.square[0], counts.components[0])
+        if "scale" in unknown:
+            wide = weak_scale(counts.square[1], counts.components[1], wide)
+        # outliers closer than this cannot be told from good rows
+        return replace(self, rate=rate, core_scale=core, scale=max(wide / core, LEAST_SCALE))

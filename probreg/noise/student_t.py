@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.special import betaln, digamma, gammaln
 
 from probreg.noise._compiled import KernelFunction, WeightFunction
 from probreg.noise._law import Size, above_zero
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import (
+    Mixture,
+    MixtureCounts,
+    ScaleMixture,
+    log_grid,
+    on_grid,
+    weak_scale,
+)
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
+
+NU_BOUNDS = (float(np.log(0.5)), float(np.log(100.0)))  # where it is estimated
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
@@ -97,3 +107,31 @@ class StudentT(ScaleMixture):
         return rng.standard_gamma(shape if shape.ndim else float(shape), size) * (
             2.0 / (self.nu + d2)
         )
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """A grid over the precision, Gamma(nu / 2, rate nu / 2), in the logarithm."""
+        nu = float(self.nu)
+        precision = log_grid(1e-6, 8.0 + 12.0 / nu, min(0.5, 1.5 / np.sqrt(nu)))
+        return on_grid(self._log_share(precision, nu), 1.0 / precision)
+
+    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> StudentT:
+        """Scale, and nu with the prior Gamma(2, 0.1) of Juarez and Steel (2010)."""
+        variance = self.unit_mixture(m).variance
+        scale, nu = float(self.scale), float(self.nu)
+        if "scale" in unknown:
+            scale = weak_scale((counts.square / variance).sum(), counts.components.sum())
+        if "nu" in unknown:
+
+            def loss(log_nu: float) -> float:
+                value = float(np.exp(log_nu))
+                fit = counts.rows @ self._log_share(1.0 / variance, value)
+                return float(-fit - 2.0 * log_nu + 0.1 * value)
+
+            nu = float(np.exp(minimize_scalar(loss, bounds=NU_BOUNDS, method="bounded").x))
+        return replace(self, nu=nu, scale=scale)
+
+    @staticmethod
+    def _log_share(precision: FloatArray, nu: float) -> FloatArray:
+        half = 0.5 * nu
+        log_density = half * np.log(half) - gammaln(half) + half * (np.log(precision) - precision)
+        return np.asarray(log_density)

@@ -8,6 +8,7 @@ from probreg.motion.tracks._equations import (
     ScalarEquations,
     TrackEquations,
     TrackMotion,
+    spans,
     track_equations,
     track_motion,
 )
@@ -35,6 +36,7 @@ __all__ = [
     "draw_tracks",
     "eliminate_paths",
     "smooth_tracks",
+    "spans",
     "track_equations",
     "track_motion",
     "with_times",

@@ -40,7 +40,7 @@ def smooth_columns(
 def _forth(
     equations: TrackEquations, k: int, memory: Memory, n: FloatArray, states: FloatArray
 ) -> None:
-    """Filter the columns: n of each equation, and M before each report."""
+    """Filter the columns: n of each equation, and M after each report."""
     d, size, p = equations.push.shape[1], states.shape[1], states.shape[2]
     low, high = equations.target_start[k], equations.target_start[k + 1]
     base = equations.report_start[low]
@@ -50,7 +50,6 @@ def _forth(
         for a in range(d):
             for c in range(p):
                 M[a, c] += dt * M[d + a, c]
-        states[i - low] = M
         for e in range(equations.report_start[i], equations.report_start[i + 1]):
             phi = memory.phi[e - base]
             if phi == 0.0:
@@ -66,6 +65,7 @@ def _forth(
             for a in range(size):
                 for c in range(p):
                     M[a, c] += memory.g[e - base, a] / phi * own[c]
+        states[i - low] = M
 
 
 @numba.njit(cache=True, fastmath=FAST)
@@ -78,6 +78,13 @@ def _back(
     base = equations.report_start[low]
     R, lead = np.zeros((size, p)), np.empty(p)
     for i in range(high - 1, low - 1, -1):
+        if i + 1 < high and equations.time[i + 1] == equations.time[i]:
+            states[i - low] = states[i + 1 - low]
+        else:
+            for a in range(size):
+                for b in range(size):
+                    for c in range(p):
+                        states[i - low, a, c] += memory.P[i - low, a, b] * R[b, c]
         for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
             phi = memory.phi[e - base]
             if phi == 0.0:
@@ -90,10 +97,6 @@ def _back(
                 row = R[b if b < d else b + d]
                 for c in range(p):
                     row[c] += equations.h[e, b] * lead[c] / phi
-        for a in range(size):
-            for b in range(size):
-                for c in range(p):
-                    states[i - low, a, c] += memory.P[i - low, a, b] * R[b, c]
         dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
         for a in range(d):
             for c in range(p):

@@ -79,9 +79,7 @@ class TrackEquations(NamedTuple):
         if weights is None:
             return 1.0 / self.variance
         w = np.asarray(weights, dtype=float)
-        if w.shape == self.time.shape:
-            w = w[self.report]
-        elif w.shape != self.y.shape:
+        if w.shape not in (self.time.shape, self.y.shape):
             raise InvalidInputError(
                 f"weights have shape {w.shape}; one a report ({len(self.time)},) or one an "
                 f"equation ({len(self.y)},) is needed."
@@ -89,7 +87,26 @@ class TrackEquations(NamedTuple):
         bad = np.flatnonzero(~((w >= 0.0) & (w < np.inf)))
         if bad.size:
             raise InvalidInputError(f"weight {bad[0]} is {w[bad[0]]}; it must be zero or more.")
-        return np.where(w < LEAST_WEIGHT, 0.0, w / self.variance)
+        there = np.where(w < LEAST_WEIGHT, 0.0, w)
+        if w.shape == self.time.shape:
+            there = np.repeat(there, np.diff(self.report_start))
+        return np.asarray(there / self.variance)
+
+    def of_targets(self, targets: IntArray) -> TrackEquations:
+        """The equations of some targets, in the order given."""
+        reports = spans(self.target_start, targets)
+        rows = spans(self.report_start, reports)
+        return TrackEquations(
+            np.concatenate([[0], np.cumsum(np.diff(self.target_start)[targets])]),
+            np.concatenate([[0], np.cumsum(np.diff(self.report_start)[reports])]),
+            self.time[reports],
+            self.y[rows],
+            self.h[rows],
+            self.variance[rows],
+            self.column[rows],
+            self.response[rows],
+            self.push[reports] if len(self.push) else self.push,
+        )
 
     def minus_biases(self, delta: FloatArray) -> FloatArray:
         """What is observed less the biases' part, y - s . delta, shape (E,)."""
@@ -215,6 +232,14 @@ def track_motion(
         raise InvalidInputError("q must be zero or more, every start_sd above zero.")
     mean = finite_array("start_mean", mean, (K, size))
     return TrackMotion(*(np.ascontiguousarray(a) for a in (density, mean, sd**2)))
+
+
+def spans(start: IntArray, which: IntArray) -> IntArray:
+    """Numbers of the members of groups `which`, whose first members are `start`."""
+    count = np.diff(start)[which]
+    ends = np.cumsum(count)
+    total = int(ends[-1]) if len(ends) else 0
+    return np.arange(total) - np.repeat(ends - count, count) + np.repeat(start[which], count)
 
 
 def _offsets(name: str, value: object, total: int) -> IntArray:

@@ -19,7 +19,8 @@ class Memory(NamedTuple):
     ----------
     m : ndarray, shape (L, size)
     P : ndarray, shape (L, size, size)
-        Before the equations of each report.
+        After the equations of each report: there the covariance is small, and V = P - P N P
+        does not cancel.
     g : ndarray, shape (L', size)
     phi, nu : ndarray, shape (L',)
         Of each equation: gain times variance, predictive variance, innovation.
@@ -93,8 +94,6 @@ def forward(
                 for a in range(d):
                     m[a] += 0.5 * dt * dt * equations.push[i, a]
                     m[d + a] += dt * equations.push[i, a]
-        memory.m[i - low] = m
-        memory.P[i - low] = P
         for e in range(equations.report_start[i], equations.report_start[i + 1]):
             memory.phi[e - base] = 0.0
             if precision[e] == 0.0:
@@ -105,6 +104,8 @@ def forward(
             memory.phi[e - base] = phi
             memory.nu[e - base] = nu
             shrink(m, P, g, phi, nu)
+        memory.m[i - low] = m
+        memory.P[i - low] = P
 
 
 @numba.njit(cache=True, fastmath=FAST)
@@ -183,30 +184,37 @@ def smooth_reports(
     """Smooth all targets; parts of `out` that have length zero are left out."""
     d, size = equations.push.shape[1], out.mean.shape[1]
     memory = memory_of(equations)
-    r, u, N, V = np.empty(size), np.empty(size), np.empty((size, size)), np.empty((size, size))
-    work = np.empty((size, size))
+    room = np.empty(size), np.empty(size), np.empty(size)
+    r, N, later, work = np.empty(size), np.empty((size, size)), np.empty((size, size)), room[0]
+    whole = np.empty((size, size))
     for k in range(len(motion.q)):
         forward(equations, motion, precision, y, k, memory)
         low, high = equations.target_start[k], equations.target_start[k + 1]
         base = equations.report_start[low]
         r[:] = 0.0
         N[:] = 0.0
+        last = high - 1
         for i in range(high - 1, low - 1, -1):
+            if i == high - 1 or equations.time[i + 1] > equations.time[i]:
+                # the state of all reports at this time, best known after the last of them
+                last = i
+                later[:] = N
+                for a in range(size):
+                    out.mean[i, a] = memory.m[i - low, a]
+                    for b in range(size):
+                        out.mean[i, a] += memory.P[i - low, a, b] * r[b]
+                if len(out.covariance) > 0:
+                    smoothed_covariance(memory.P[i - low], N, whole, out.covariance[i])
+            else:
+                out.mean[i] = out.mean[last]
+                if len(out.covariance) > 0:
+                    out.covariance[i] = out.covariance[last]
+            judge(equations, y, i, memory.P[last - low], later, out, room)
             for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
                 phi = memory.phi[e - base]
                 if phi > 0.0:
                     nu = memory.nu[e - base]
-                    give_back(equations.h[e], d, memory.g[e - base], phi, nu, r, N, u)
-            P = memory.P[i - low]
-            for a in range(size):
-                out.mean[i, a] = memory.m[i - low, a]
-                for b in range(size):
-                    out.mean[i, a] += P[a, b] * r[b]
-            if len(out.covariance) > 0 or len(out.spread) > 0:
-                smoothed_covariance(P, N, work, V)
-            if len(out.covariance) > 0:
-                out.covariance[i] = V
-            judge(equations, y, i, V, u, out)
+                    give_back(equations.h[e], d, memory.g[e - base], phi, nu, r, N, work)
             if i > low:
                 carry_back(r, N, equations.time[i] - equations.time[i - 1], d)
 
@@ -216,17 +224,27 @@ def judge(
     equations: TrackEquations,
     y: FloatArray,
     i: int,
-    V: FloatArray,
-    u: FloatArray,
+    P: FloatArray,
+    N: FloatArray,
     out: Smoothing,
+    room: tuple[FloatArray, FloatArray, FloatArray],
 ) -> None:
-    """Write residuals and h V h' of the equations of report i."""
-    d = equations.push.shape[1]
+    """Write residuals and h V h' of the equations of report i, V = P - P N P."""
+    d, size = equations.push.shape[1], N.shape[0]
+    u, v, w = room
     first, last = equations.report_start[i], equations.report_start[i + 1]
     for e in range(first, last):
         if len(out.residual) > 0:
             out.residual[e] = y[e] - project(equations.h[e], out.mean[i], d)
         if len(out.spread) > 0:
-            gain_of(V, equations.h[e], d, u)
+            gain_of(P, equations.h[e], d, u)
+            v[:] = 0.0
+            for b in range(size):
+                for a in range(size):
+                    v[a] += N[b, a] * u[b]
+            w[:] = u
+            for b in range(size):
+                for a in range(size):
+                    w[a] -= P[b, a] * v[b]
             for f in range(first, last):
-                out.spread[e, f - first] = project(equations.h[f], u, d)
+                out.spread[e, f - first] = project(equations.h[f], w, d)
