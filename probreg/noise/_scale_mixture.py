@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -76,10 +76,10 @@ class ScaleMixture(NoiseLaw):
         share, variance = self.unit_mixture(1 if self.componentwise else m)
         return Mixture(share, variance * float(self.unit) ** 2)
 
-    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> Self:
+    def refitted(
+        self, counts: MixtureCounts, m: int, unknown: Collection[str], about: Self
+    ) -> Self:
         """The law at the parameters that expected counts suggest: a step of EM.
-
-        Weak priors keep parameters where nothing is said of them.
 
         Parameters
         ----------
@@ -89,14 +89,46 @@ class ScaleMixture(NoiseLaw):
             Components of a row.
         unknown : collection of str
             Parameters that may change, of `supports`.
+        about : ScaleMixture
+            The law as it was given, about which weak priors keep what counts say nothing of.
         """
+        return self._rescaled(*self._noise(counts, m), unknown, about, weak_scale)
+
+    def draw_parameters(
+        self,
+        rng: np.random.Generator,
+        counts: MixtureCounts,
+        m: int,
+        unknown: Collection[str],
+        about: Self,
+    ) -> Self:
+        """The law at parameters drawn given which Gaussian each row is of: a Gibbs step.
+
+        Priors and arguments are those of `refitted`.
+        """
+
+        def draw(square: float, components: float, nominal: float) -> float:
+            return draw_scale(rng, square, components, nominal)
+
+        return self._rescaled(*self._noise(counts, m), unknown, about, draw)
+
+    def _noise(self, counts: MixtureCounts, m: int) -> tuple[float, float]:
+        """Sum of squares at unit scale, and components."""
+        relative = counts.square / self.unit_mixture(m).variance
+        return float(relative.sum()), float(counts.components.sum())
+
+    def _rescaled(
+        self,
+        square: float,
+        components: float,
+        unknown: Collection[str],
+        about: Self,
+        scale: Callable[[float, float, float], float],
+    ) -> Self:
         if self.unit_name not in unknown:
             return self
-        relative = counts.square / self.unit_mixture(m).variance
-        change: dict[str, Any] = {
-            self.unit_name: weak_scale(relative.sum(), counts.components.sum())
-        }
-        return dataclasses.replace(self, **change)  # type: ignore[type-var]
+        unit: dict[str, Any] = {self.unit_name: scale(square, components, float(about.unit))}
+        return dataclasses.replace(self, **unit)  # type: ignore[type-var]
 
     def draw_precision(
         self, rng: np.random.Generator, v: FloatArray, m: Size | None = None
@@ -122,6 +154,14 @@ class ScaleMixture(NoiseLaw):
         return law.draw_unit_precision(rng, d2, size) / np.asarray(law.unit) ** 2
 
 
-def weak_scale(square: float, components: float, nominal: float = 1.0) -> float:
-    """Scale of noise from the sum of its squares, with a weak prior about `nominal`."""
+def weak_scale(square: float, components: float, nominal: float) -> float:
+    """Scale of noise from the sum of its squares: the mode in its logarithm.
+
+    The prior is scaled inverse chi-square about `nominal`, of `WEAK` components.
+    """
     return float(np.sqrt((square + WEAK * nominal**2) / (components + WEAK)))
+
+
+def draw_scale(rng: np.random.Generator, square: float, components: float, nominal: float) -> float:
+    """Draw a scale of noise given the sum of its squares, with the prior of `weak_scale`."""
+    return float(np.sqrt((square + WEAK * nominal**2) / rng.chisquare(components + WEAK)))

@@ -11,11 +11,18 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.noise._compiled import KernelFunction, WeightFunction
 from probreg.noise._law import Size, above_zero
-from probreg.noise._scale_mixture import Mixture, MixtureCounts, ScaleMixture, weak_scale
+from probreg.noise._scale_mixture import (
+    Mixture,
+    MixtureCounts,
+    ScaleMixture,
+    draw_scale,
+    weak_scale,
+)
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
 
 LEAST_SCALE = 1.5  # of outliers, where it is estimated
+RATE_ROWS = 10.0  # that the rate given counts for
 
 
 def _weight(d2: float, m: float, params: FloatArray) -> float:
@@ -127,15 +134,44 @@ class Contaminated(ScaleMixture):
         rate, scale = float(self.rate), float(self.scale)
         return Mixture(np.array([1.0 - rate, rate]), np.array([1.0, scale**2]))
 
-    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> Contaminated:
-        """Rate, scales of good rows and of outliers; rate with the prior Beta(1, 9)."""
-        core, scale, rate = float(self.core_scale), float(self.scale), float(self.rate)
-        wide = core * scale
-        if "rate" in unknown:
-            rate = float((counts.rows[1] + 1.0) / (counts.rows.sum() + 10.0))
-        if "core_scale" in unknown:
-            core = weak_scale(counts.square[0], counts.components[0])
-        if "scale" in unknown:
-            wide = weak_scale(counts.square[1], counts.components[1], wide)
+    def refitted(
+        self, counts: MixtureCounts, m: int, unknown: Collection[str], about: Contaminated
+    ) -> Contaminated:
+        """Rate, scales of good rows and of outliers.
+
+        The rate's prior is a beta law about the given one, of ten rows.
+        """
+        return self._changed(
+            unknown,
+            (counts.rows[1] + RATE_ROWS * about.rate) / (counts.rows.sum() + RATE_ROWS),
+            weak_scale(counts.square[0], counts.components[0], about.core_scale),
+            weak_scale(counts.square[1], counts.components[1], about.core_scale * about.scale),
+        )
+
+    def draw_parameters(
+        self,
+        rng: np.random.Generator,
+        counts: MixtureCounts,
+        m: int,
+        unknown: Collection[str],
+        about: Contaminated,
+    ) -> Contaminated:
+        """Draw rate and scales given which rows are outliers."""
+        bad, good = counts.rows[1], counts.rows[0]
+        return self._changed(
+            unknown,
+            rng.beta(bad + RATE_ROWS * about.rate, good + RATE_ROWS * (1.0 - about.rate)),
+            draw_scale(rng, counts.square[0], counts.components[0], about.core_scale),
+            draw_scale(rng, counts.square[1], counts.components[1], about.core_scale * about.scale),
+        )
+
+    def _changed(
+        self, unknown: Collection[str], rate: float, core: float, wide: float
+    ) -> Contaminated:
+        """The law with those of the parameters that are unknown; `wide` is an outlier's scale."""
+        unit = float(core if "core_scale" in unknown else self.core_scale)
+        out = float(wide if "scale" in unknown else self.core_scale * self.scale)
+        share = float(np.clip(rate, 1e-9, 1.0 - 1e-9)) if "rate" in unknown else self.rate
         # outliers closer than this cannot be told from good rows
-        return replace(self, rate=rate, core_scale=core, scale=max(wide / core, LEAST_SCALE))
+        far = max(out / unit, LEAST_SCALE) if "scale" in unknown else self.scale
+        return replace(self, rate=share, core_scale=unit, scale=far)

@@ -18,7 +18,6 @@ from probreg.noise._scale_mixture import (
     ScaleMixture,
     log_grid,
     on_grid,
-    weak_scale,
 )
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
@@ -114,21 +113,48 @@ class StudentT(ScaleMixture):
         precision = log_grid(1e-6, 8.0 + 12.0 / nu, min(0.5, 1.5 / np.sqrt(nu)))
         return on_grid(self._log_share(precision, nu), 1.0 / precision)
 
-    def refitted(self, counts: MixtureCounts, m: int, unknown: Collection[str]) -> StudentT:
+    def refitted(
+        self, counts: MixtureCounts, m: int, unknown: Collection[str], about: StudentT
+    ) -> StudentT:
         """Scale, and nu with the prior Gamma(2, 0.1) of Juarez and Steel (2010)."""
-        variance = self.unit_mixture(m).variance
-        scale, nu = float(self.scale), float(self.nu)
-        if "scale" in unknown:
-            scale = weak_scale((counts.square / variance).sum(), counts.components.sum())
-        if "nu" in unknown:
+        law = super().refitted(counts, m, unknown, about)
+        if "nu" not in unknown:
+            return law
+        found = minimize_scalar(
+            lambda log_nu: -self._log_posterior(np.atleast_1d(log_nu), counts, m)[0],
+            bounds=NU_BOUNDS,
+            method="bounded",
+        )
+        return replace(law, nu=float(np.exp(found.x)))
 
-            def loss(log_nu: float) -> float:
-                value = float(np.exp(log_nu))
-                fit = counts.rows @ self._log_share(1.0 / variance, value)
-                return float(-fit - 2.0 * log_nu + 0.1 * value)
+    def draw_parameters(
+        self,
+        rng: np.random.Generator,
+        counts: MixtureCounts,
+        m: int,
+        unknown: Collection[str],
+        about: StudentT,
+    ) -> StudentT:
+        """Draw scale and nu given the precision of each row, nu on a fine grid."""
+        law = super().draw_parameters(rng, counts, m, unknown, about)
+        if "nu" not in unknown:
+            return law
+        log_nu = np.linspace(*NU_BOUNDS, 400)
+        log_p = self._log_posterior(log_nu, counts, m)
+        p = np.cumsum(np.exp(log_p - log_p.max()))
+        # anywhere within a cell of the grid
+        cell = np.searchsorted(p, rng.random() * p[-1])
+        step = log_nu[1] - log_nu[0]
+        return replace(law, nu=float(np.exp(log_nu[cell] + step * (rng.random() - 0.5))))
 
-            nu = float(np.exp(minimize_scalar(loss, bounds=NU_BOUNDS, method="bounded").x))
-        return replace(self, nu=nu, scale=scale)
+    def _log_posterior(self, log_nu: FloatArray, counts: MixtureCounts, m: int) -> FloatArray:
+        """Of the logarithms of nu (k,) given counts of precisions."""
+        precision = 1.0 / self.unit_mixture(m).variance
+        nu = np.exp(log_nu)
+        half, rows = 0.5 * nu, counts.rows.sum()
+        said = float(counts.rows @ (np.log(precision) - precision))
+        fit = rows * (half * np.log(half) - gammaln(half)) + half * said
+        return np.asarray(fit + 2.0 * log_nu - 0.1 * nu)
 
     @staticmethod
     def _log_share(precision: FloatArray, nu: float) -> FloatArray:

@@ -146,7 +146,7 @@ def judge_reports(
         sound = m > 0
         out.placed[i] = m > 0
         for a in range(m):
-            sound &= X[a, a] > 0.0
+            sound &= X[a, a] >= 0.0
             out.placed[i] &= X[a, a] < widest * widest
         if not sound:
             # rounding has eaten a covariance: nothing is known of the report but its noise

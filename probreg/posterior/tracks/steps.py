@@ -150,7 +150,8 @@ def refit(model: TrackModel, point: Point, judged: Judgement) -> Point:
     assert model.unknown is not None
     for s, law in enumerate(point.laws):
         counts, missed, n = counts_of(model, point, judged, s, judged.placed)
-        laws[s] = law.refitted(counts, len(model.reports.models[s].sigmas), model.unknown[s])
+        m = len(model.reports.models[s].sigmas)
+        laws[s] = law.refitted(counts, m, model.unknown[s], model.laws[s])
         if wrong[s] > 0.0:
             wrong[s] = (missed + WRONG_ROWS * model.wrong_share) / (n + WRONG_ROWS)
     return replace(point, laws=tuple(laws), wrong=wrong)
