@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
 from probreg.motion.tracks._filter import FAST
 from probreg.motion.tracks._smoother import Memory, forward, memory_of
 from probreg.typing import FloatArray
@@ -13,6 +13,7 @@ from probreg.typing import FloatArray
 
 @numba.njit(cache=True, fastmath=FAST)
 def smooth_columns(
+    shape: Shape,
     equations: TrackEquations,
     motion: TrackMotion,
     precision: FloatArray,
@@ -30,7 +31,7 @@ def smooth_columns(
     while k < len(motion.q) and equations.target_start[k + 1] - start <= len(states):
         low, high = equations.target_start[k], equations.target_start[k + 1]
         own = states[low - start : high - start]
-        forward(equations, motion, precision, equations.y, k, memory)
+        forward(shape, equations, motion, precision, equations.y, k, memory)
         _forth(equations, k, memory, n, own)
         _back(equations, k, memory, n, own)
         k += 1

@@ -13,6 +13,10 @@ from probreg.validation import finite_array
 LEAST_WEIGHT = 1e-6  # a report of less weight is not there: 1e-300 is no zero to a filter
 
 
+# dimensions and constants as the lengths of two tuples: compiled code knows them beforehand
+Shape = tuple[tuple[int, ...], tuple[int, ...]]
+
+
 class TrackEquations(NamedTuple):
     """Reports as equations y = h . (position, constants) + s . biases + N(0, variance / w).
 
@@ -60,6 +64,11 @@ class TrackEquations(NamedTuple):
     def num_constants(self) -> int:
         """Constants of a target."""
         return self.h.shape[1] - self.push.shape[1]
+
+    @property
+    def shape(self) -> Shape:
+        """Dimensions and constants, for compiled code."""
+        return (0,) * self.dim, (0,) * self.num_constants
 
     @property
     def target(self) -> IntArray:

@@ -1,7 +1,8 @@
 """Compiled Kalman filter that carries the bias columns along (de Jong 1991).
 
 State: position (d), velocity (d), constants of the target (c). All functions work in place on
-small arrays made once a call.
+small arrays made once a call. Their sizes are known when they are compiled (`Shape`), so that
+short loops are unrolled.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
 from probreg.typing import FloatArray
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
@@ -17,26 +18,30 @@ _LOG_2PI = float(np.log(2.0 * np.pi))
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
-@numba.njit(cache=True, fastmath=FAST, inline="always")
-def begin(mean: FloatArray, variance: FloatArray, m: FloatArray, P: FloatArray) -> None:
+@numba.njit(cache=True, fastmath=FAST)
+def begin(
+    shape: Shape, mean: FloatArray, variance: FloatArray, m: FloatArray, P: FloatArray
+) -> None:
     """Write the start of a target into m and P."""
-    for a in range(m.size):
+    size = 2 * len(shape[0]) + len(shape[1])
+    for a in range(size):
         m[a] = mean[a]
-        for b in range(m.size):
+        for b in range(size):
             P[a, b] = 0.0
         P[a, a] = variance[a]
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def predict(m: FloatArray, P: FloatArray, dt: float, q: float, d: int) -> None:
+def predict(shape: Shape, m: FloatArray, P: FloatArray, dt: float, q: float) -> None:
     """Move mean and covariance on by dt: F = [I, dt I; 0, I], white acceleration of density q."""
+    d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
     for a in range(d):
         m[a] += dt * m[d + a]
     # rows of positions, then columns: P <- F P F'
     for a in range(d):
-        for b in range(m.size):
+        for b in range(size):
             P[a, b] += dt * P[d + a, b]
-    for a in range(m.size):
+    for a in range(size):
         for b in range(d):
             P[a, b] += dt * P[a, d + b]
     half, third = 0.5 * q * dt * dt, q * dt * dt * dt / 3.0
@@ -48,43 +53,47 @@ def predict(m: FloatArray, P: FloatArray, dt: float, q: float, d: int) -> None:
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def gain_of(P: FloatArray, h: FloatArray, d: int, g: FloatArray) -> float:
+def gain_of(shape: Shape, P: FloatArray, h: FloatArray, g: FloatArray) -> float:
     """Write g = P h; returns h . g. h counts positions and constants, not velocities."""
-    n = g.size
-    for a in range(n):
+    d, c = len(shape[0]), len(shape[1])
+    for a in range(2 * d + c):
         g[a] = 0.0
-    for b in range(h.size):
+    for b in range(d + c):
         # a row of the symmetric P, so that memory is read in order
         row = b if b < d else b + d
-        for a in range(n):
+        for a in range(2 * d + c):
             g[a] += P[row, a] * h[b]
     spread = 0.0
-    for b in range(h.size):
+    for b in range(d + c):
         spread += h[b] * g[b if b < d else b + d]
     return spread
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def project(h: FloatArray, x: FloatArray, d: int) -> float:
+def project(shape: Shape, h: FloatArray, x: FloatArray) -> float:
     """Part h . (position, constants) of a state."""
-    value = 0.0
-    for b in range(h.size):
+    d, value = len(shape[0]), 0.0
+    for b in range(d + len(shape[1])):
         value += h[b] * x[b if b < d else b + d]
     return value
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def shrink(m: FloatArray, P: FloatArray, g: FloatArray, phi: float, nu: float) -> None:
+def shrink(
+    shape: Shape, m: FloatArray, P: FloatArray, g: FloatArray, phi: float, nu: float
+) -> None:
     """Take one equation in: m += g nu / phi, P -= g g' / phi."""
-    for a in range(m.size):
+    size = 2 * len(shape[0]) + len(shape[1])
+    for a in range(size):
         scaled = g[a] / phi
         m[a] += scaled * nu
-        for b in range(m.size):
+        for b in range(size):
             P[a, b] -= scaled * g[b]
 
 
 @numba.njit(cache=True, fastmath=FAST)
 def information(
+    shape: Shape,
     equations: TrackEquations,
     motion: TrackMotion,
     precision: FloatArray,
@@ -96,13 +105,13 @@ def information(
 
     Writes J (K, p, p), eta (K, p), ll (K,): log p(y | delta) is ll + eta.delta - delta'J delta / 2.
     """
-    d, p = equations.push.shape[1], eta.shape[1]
-    size = d + equations.h.shape[1]
+    d, p = len(shape[0]), eta.shape[1]
+    size = 2 * d + len(shape[1])
     m, P, M = np.empty(size), np.empty((size, size)), np.empty((size, p))
     g, n = np.empty(size), np.empty(p)
     pushed = len(equations.push) > 0
     for k in range(len(ll)):
-        begin(motion.start_mean[k], motion.start_variance[k], m, P)
+        begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
         M[:] = 0.0
         Jk, etak = J[k], eta[k]
         Jk[:] = 0.0
@@ -112,7 +121,7 @@ def information(
         for i in range(low, high):
             dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
             if dt > 0.0:
-                predict(m, P, dt, motion.q[k], d)
+                predict(shape, m, P, dt, motion.q[k])
                 for a in range(d):
                     for c in range(p):
                         M[a, c] += dt * M[d + a, c]
@@ -124,13 +133,13 @@ def information(
                 if precision[e] == 0.0:
                     continue
                 h = equations.h[e]
-                phi = gain_of(P, h, d, g) + 1.0 / precision[e]
-                nu = equations.y[e] - project(h, m, d)
+                phi = gain_of(shape, P, h, g) + 1.0 / precision[e]
+                nu = equations.y[e] - project(shape, h, m)
                 for c in range(p):
                     n[c] = 0.0
                 for s in range(equations.column.shape[1]):
                     n[equations.column[e, s]] += equations.response[e, s]
-                for b in range(h.size):
+                for b in range(d + len(shape[1])):
                     row = M[b if b < d else b + d]
                     for c in range(p):
                         n[c] -= h[b] * row[c]
@@ -145,7 +154,7 @@ def information(
                     part = g[a] / phi
                     for c in range(p):
                         M[a, c] += part * n[c]
-                shrink(m, P, g, phi, nu)
+                shrink(shape, m, P, g, phi, nu)
         ll[k] = log_density
         for a in range(p):
             for c in range(a):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
 from probreg.motion.tracks._filter import project
 from probreg.typing import FloatArray
 
@@ -42,9 +42,10 @@ def simulate_paths(
 
 
 @numba.njit(cache=True)
-def observe_paths(equations: TrackEquations, states: FloatArray, y: FloatArray) -> None:
+def observe_paths(
+    shape: Shape, equations: TrackEquations, states: FloatArray, y: FloatArray
+) -> None:
     """Write h . (position, constants) of each equation into y (E,)."""
-    d = equations.push.shape[1]
     for i in range(len(states)):
         for e in range(equations.report_start[i], equations.report_start[i + 1]):
-            y[e] = project(equations.h[e], states[i], d)
+            y[e] = project(shape, equations.h[e], states[i])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
 from probreg.motion.tracks._filter import FAST, begin, gain_of, predict, project, shrink
 from probreg.typing import FloatArray
 
@@ -72,6 +72,7 @@ def memory_of(equations: TrackEquations) -> Memory:
 
 @numba.njit(cache=True, fastmath=FAST)
 def forward(
+    shape: Shape,
     equations: TrackEquations,
     motion: TrackMotion,
     precision: FloatArray,
@@ -80,16 +81,16 @@ def forward(
     memory: Memory,
 ) -> None:
     """Filter target k and remember; phi is zero where an equation is not there."""
-    d, size = equations.push.shape[1], memory.m.shape[1]
+    d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
     m, P = np.empty(size), np.empty((size, size))
     pushed = len(equations.push) > 0
     low, high = equations.target_start[k], equations.target_start[k + 1]
     base = equations.report_start[low]
-    begin(motion.start_mean[k], motion.start_variance[k], m, P)
+    begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
     for i in range(low, high):
         dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
         if dt > 0.0:
-            predict(m, P, dt, motion.q[k], d)
+            predict(shape, m, P, dt, motion.q[k])
             if pushed:
                 for a in range(d):
                     m[a] += 0.5 * dt * dt * equations.push[i, a]
@@ -99,19 +100,19 @@ def forward(
             if precision[e] == 0.0:
                 continue
             g, h = memory.g[e - base], equations.h[e]
-            phi = gain_of(P, h, d, g) + 1.0 / precision[e]
-            nu = y[e] - project(h, m, d)
+            phi = gain_of(shape, P, h, g) + 1.0 / precision[e]
+            nu = y[e] - project(shape, h, m)
             memory.phi[e - base] = phi
             memory.nu[e - base] = nu
-            shrink(m, P, g, phi, nu)
+            shrink(shape, m, P, g, phi, nu)
         memory.m[i - low] = m
         memory.P[i - low] = P
 
 
 @numba.njit(cache=True, fastmath=FAST)
 def give_back(
+    shape: Shape,
     h: FloatArray,
-    d: int,
     g: FloatArray,
     phi: float,
     nu: float,
@@ -123,7 +124,8 @@ def give_back(
 
     r becomes r + h (nu / phi - k'r), N becomes (I - h k') N (I - k h') + h h' / phi.
     """
-    size = r.size
+    d, c = len(shape[0]), len(shape[1])
+    size = 2 * d + c
     lead, within = nu, phi
     for a in range(size):
         u[a] = 0.0
@@ -132,33 +134,36 @@ def give_back(
         lead -= g[a] * r[a]
         within += g[a] * u[a]
     lead, within = lead / phi, within / (phi * phi)
-    for b in range(h.size):
+    for b in range(d + c):
         row = b if b < d else b + d
         r[row] += h[b] * lead
         for a in range(size):
             N[row, a] -= h[b] * u[a] / phi
             N[a, row] -= h[b] * u[a] / phi
-        for c in range(h.size):
-            N[row, c if c < d else c + d] += h[b] * h[c] * within
+        for j in range(d + c):
+            N[row, j if j < d else j + d] += h[b] * h[j] * within
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def carry_back(r: FloatArray, N: FloatArray, dt: float, d: int) -> None:
+def carry_back(shape: Shape, r: FloatArray, N: FloatArray, dt: float) -> None:
     """Carry r and N back over dt seconds: F'r and F'N F."""
+    d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
     for a in range(d):
         r[d + a] += dt * r[a]
     for a in range(d):
-        for b in range(r.size):
+        for b in range(size):
             N[d + a, b] += dt * N[a, b]
-    for a in range(r.size):
+    for a in range(size):
         for b in range(d):
             N[a, d + b] += dt * N[a, b]
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def smoothed_covariance(P: FloatArray, N: FloatArray, work: FloatArray, V: FloatArray) -> None:
+def smoothed_covariance(
+    shape: Shape, P: FloatArray, N: FloatArray, work: FloatArray, V: FloatArray
+) -> None:
     """Write V = P - P N P."""
-    size = P.shape[0]
+    size = 2 * len(shape[0]) + len(shape[1])
     for a in range(size):
         for b in range(size):
             work[a, b] = 0.0
@@ -175,6 +180,7 @@ def smoothed_covariance(P: FloatArray, N: FloatArray, work: FloatArray, V: Float
 
 @numba.njit(cache=True, fastmath=FAST)
 def smooth_reports(
+    shape: Shape,
     equations: TrackEquations,
     motion: TrackMotion,
     precision: FloatArray,
@@ -182,13 +188,13 @@ def smooth_reports(
     out: Smoothing,
 ) -> None:
     """Smooth all targets; parts of `out` that have length zero are left out."""
-    d, size = equations.push.shape[1], out.mean.shape[1]
+    size = 2 * len(shape[0]) + len(shape[1])
     memory = memory_of(equations)
     room = np.empty(size), np.empty(size), np.empty(size)
     r, N, later, work = np.empty(size), np.empty((size, size)), np.empty((size, size)), room[0]
     whole = np.empty((size, size))
     for k in range(len(motion.q)):
-        forward(equations, motion, precision, y, k, memory)
+        forward(shape, equations, motion, precision, y, k, memory)
         low, high = equations.target_start[k], equations.target_start[k + 1]
         base = equations.report_start[low]
         r[:] = 0.0
@@ -204,23 +210,24 @@ def smooth_reports(
                     for b in range(size):
                         out.mean[i, a] += memory.P[i - low, a, b] * r[b]
                 if len(out.covariance) > 0:
-                    smoothed_covariance(memory.P[i - low], N, whole, out.covariance[i])
+                    smoothed_covariance(shape, memory.P[i - low], N, whole, out.covariance[i])
             else:
                 out.mean[i] = out.mean[last]
                 if len(out.covariance) > 0:
                     out.covariance[i] = out.covariance[last]
-            judge(equations, y, i, memory.P[last - low], later, out, room)
+            judge(shape, equations, y, i, memory.P[last - low], later, out, room)
             for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
                 phi = memory.phi[e - base]
                 if phi > 0.0:
                     nu = memory.nu[e - base]
-                    give_back(equations.h[e], d, memory.g[e - base], phi, nu, r, N, work)
+                    give_back(shape, equations.h[e], memory.g[e - base], phi, nu, r, N, work)
             if i > low:
-                carry_back(r, N, equations.time[i] - equations.time[i - 1], d)
+                carry_back(shape, r, N, equations.time[i] - equations.time[i - 1])
 
 
 @numba.njit(cache=True, fastmath=FAST)
 def judge(
+    shape: Shape,
     equations: TrackEquations,
     y: FloatArray,
     i: int,
@@ -230,14 +237,14 @@ def judge(
     room: tuple[FloatArray, FloatArray, FloatArray],
 ) -> None:
     """Write residuals and h V h' of the equations of report i, V = P - P N P."""
-    d, size = equations.push.shape[1], N.shape[0]
+    size = 2 * len(shape[0]) + len(shape[1])
     u, v, w = room
     first, last = equations.report_start[i], equations.report_start[i + 1]
     for e in range(first, last):
         if len(out.residual) > 0:
-            out.residual[e] = y[e] - project(equations.h[e], out.mean[i], d)
+            out.residual[e] = y[e] - project(shape, equations.h[e], out.mean[i])
         if len(out.spread) > 0:
-            gain_of(P, equations.h[e], d, u)
+            gain_of(shape, P, equations.h[e], u)
             v[:] = 0.0
             for b in range(size):
                 for a in range(size):
@@ -247,4 +254,4 @@ def judge(
                 for a in range(size):
                     w[a] -= P[b, a] * v[b]
             for f in range(first, last):
-                out.spread[e, f - first] = project(equations.h[f], w, d)
+                out.spread[e, f - first] = project(shape, equations.h[f], w)

@@ -86,7 +86,7 @@ def eliminate_paths(
         raise InvalidInputError(f"a column is {equations.column.max()}; there are {num_biases}.")
     K = len(motion.q)
     J, eta, ll = np.empty((K, num_biases, num_biases)), np.empty((K, num_biases)), np.empty(K)
-    information(equations, motion, equations.precision(weights), J, eta, ll)
+    information(equations.shape, equations, motion, equations.precision(weights), J, eta, ll)
     lost = np.flatnonzero(~np.isfinite(ll))
     if lost.size:
         raise InvalidInputError(

@@ -75,7 +75,7 @@ def smooth_tracks(
         np.empty(E),
         np.zeros((E if spread else 0, width)),
     )
-    smooth_reports(equations, motion, equations.precision(weights), y, out)
+    smooth_reports(equations.shape, equations, motion, equations.precision(weights), y, out)
     return SmoothedTracks(
         out.mean,
         out.residual,
@@ -111,7 +111,7 @@ def draw_tracks(
     n, size = states.shape
     none = np.zeros((0, size, size))
     out = Smoothing(np.empty((n, size)), none, np.empty(len(y)), np.zeros((0, 0)))
-    smooth_reports(equations, motion, precision, y - observed - noise, out)
+    smooth_reports(equations.shape, equations, motion, precision, y - observed - noise, out)
     return SmoothedTracks(states + out.mean, out.residual + noise)
 
 
@@ -125,7 +125,7 @@ def draw_model(
     z_start = rng.standard_normal((K, size))
     z_step = rng.standard_normal((n, 2, equations.dim))
     simulate_paths(equations, motion, z_start, z_step, states)
-    observe_paths(equations, states, observed)
+    observe_paths(equations.shape, equations, states, observed)
     return states, observed
 
 
@@ -143,7 +143,7 @@ def bias_response(
     first, last = (0, len(motion.q)) if targets is None else targets
     count = equations.target_start[last] - equations.target_start[first]
     states = np.zeros((int(count), motion.start_mean.shape[1], num_biases))
-    smooth_columns(equations, motion, equations.precision(weights), first, states)
+    smooth_columns(equations.shape, equations, motion, equations.precision(weights), first, states)
     return states
 
 

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg.motion.tracks import BiasInformation
+from probreg.motion.tracks import BiasInformation, SmoothedTracks
 from probreg.posterior.tracks import steps
 from probreg.posterior.tracks._offers import offer_refused
+from probreg.posterior.tracks.cavity import Judgement
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point, Solution
 from probreg.problems.recording.track_reports import PathPoints
@@ -95,31 +96,33 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
     -------
     TrackFit
     """
-    point, theta = _begin(model)
-    search = _settled_at(model, point, point.tangent.path(_paths(model, point, theta)), theta)
+    search = _settled(model, *_begin(model))
     for _ in range(offers if model.wrong_share else 0):
         point, theta = search.point, search.solution.theta
-        smoothed = steps.smooth(model, point, theta)
-        judged = steps.judge(model, point, smoothed)
-        path = point.tangent.path(smoothed.mean)
-        offer = offer_refused(model, point, path, judged, theta)
+        path = point.tangent.path(search.smoothed.mean)
+        offer = offer_refused(model, point, path, search.judged, theta)
         if offer is None:
             break
         model = replace(model, reports=replace(model.reports, target=offer.target))
-        search = _settled_at(model, point, offer.path, theta)
-    return _report(model, _settle(model, search.point, SETTLED))
+        del search, path  # room for the next
+        search = _settled(model, point, theta, offer.path)
+    point, theta = search.point, search.solution.theta
+    del search
+    return _report(model, _rest(model, point, theta, SETTLED))
 
 
 class _Search(NamedTuple):
-    """Where a search ended, and whether it was at rest."""
+    """Where a search stands: the point after a step, and what the step found before it."""
 
     point: Point
     solution: Solution
-    settled: bool
+    smoothed: SmoothedTracks
+    judged: Judgement
+    settled: bool = False
 
 
-def _begin(model: TrackModel) -> tuple[Point, FloatArray]:
-    """Widened noise first: weights and biases near the mode, at the first tangent.
+def _begin(model: TrackModel) -> tuple[Point, FloatArray, PathPoints]:
+    """Widened noise first: a point, biases and paths near the mode, at the first tangent.
 
     Of very many reports some find the biases, laws and accelerations; the others follow.
     """
@@ -128,17 +131,17 @@ def _begin(model: TrackModel) -> tuple[Point, FloatArray]:
     if among is None:
         return _narrowed(model, _first(model), STEPS_EACH)
     part = model.of_targets(among)
-    point, theta = _narrowed(part, _first(part), STEPS_EACH)
-    found = _settled_at(part, point, point.tangent.path(_paths(part, point, theta)), theta)
+    found = _settled(part, *_narrowed(part, _first(part), STEPS_EACH))
     return _narrowed(model, _first(model, found), 1)
 
 
-def _narrowed(model: TrackModel, point: Point, each: int) -> tuple[Point, FloatArray]:
-    """Steps as the noise shrinks to what it is, then the acceleration."""
+def _narrowed(model: TrackModel, point: Point, each: int) -> tuple[Point, FloatArray, PathPoints]:
+    """Steps as the noise shrinks to what it is."""
     for widened in WIDENED:
         for _ in range(each):
-            point, solution = _step(model, point, widened)
-    return replace(point, q=steps.fit_acceleration(model, point)), solution.theta
+            search = _step(model, point, widened)
+            point = search.point
+    return point, search.solution.theta, point.tangent.path(search.smoothed.mean)
 
 
 def _first(model: TrackModel, known: _Search | None = None) -> Point:
@@ -155,7 +158,7 @@ def _first(model: TrackModel, known: _Search | None = None) -> Point:
     return Point(tangent, weights, generous * model.acceleration, model.laws, wrong, spread)
 
 
-def _step(model: TrackModel, point: Point, widened: float = 1.0) -> tuple[Point, Solution]:
+def _step(model: TrackModel, point: Point, widened: float = 1.0) -> _Search:
     """Biases, paths, weights; the laws' parameters too once the noise is not widened."""
     solution = steps.solve(model, point)
     constants = model.reports.num_constants > 0
@@ -164,37 +167,34 @@ def _step(model: TrackModel, point: Point, widened: float = 1.0) -> tuple[Point,
     if widened == 1.0:
         point = steps.refit(model, point, judged)
         point = steps.refit_constants(model, point, smoothed)
-    return replace(point, weights=judged.weight), solution
+    return _Search(replace(point, weights=judged.weight), solution, smoothed, judged)
 
 
-def _settled_at(model: TrackModel, point: Point, path: PathPoints, theta: FloatArray) -> _Search:
-    """Steps to rest at the tangent at a path, and again at the path found there."""
+def _settled(model: TrackModel, point: Point, theta: FloatArray, path: PathPoints) -> _Search:
+    """Steps to near rest at the tangent at a path, and again at the path found there."""
     for again in range(TANGENTS):
+        point = replace(point, q=steps.fit_acceleration(model, point))
         tangent = model.reports.linearise(theta, path)
         weights = point.weights[point.tangent.order][tangent.rows]
-        search = _settle(model, replace(point, tangent=tangent, weights=weights), NEARLY)
-        point, theta = search.point, search.solution.theta
-        point = replace(point, q=steps.fit_acceleration(model, point))
+        point = replace(point, tangent=tangent, weights=weights)
+        search = _rest(model, point, theta, NEARLY)
         if again + 1 < TANGENTS:
-            path = point.tangent.path(_paths(model, point, theta))
-    return search._replace(point=point)
+            point, theta = search.point, search.solution.theta
+            path = point.tangent.path(search.smoothed.mean)
+            del search  # room for the next
+    return search
 
 
-def _settle(model: TrackModel, point: Point, least: float) -> _Search:
+def _rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> _Search:
     """Steps until the biases stay where they are."""
-    before = None
-    for _ in range(MOST_STEPS):
-        point, solution = _step(model, point)
-        if before is not None:
-            sd = np.sqrt(np.diag(solution.covariance))
-            if np.all(np.abs(solution.theta - before) < least * sd):
-                return _Search(point, solution, True)
-        before = solution.theta
-    return _Search(point, solution, False)
-
-
-def _paths(model: TrackModel, point: Point, theta: FloatArray) -> FloatArray:
-    return steps.smooth(model, point, theta).mean
+    for _ in range(MOST_STEPS - 1):
+        search = _step(model, point)
+        away = np.abs(search.solution.theta - theta)
+        if np.all(away < least * np.sqrt(np.diag(search.solution.covariance))):
+            return search._replace(settled=True)
+        point, theta = search.point, search.solution.theta
+        del search  # room for the next
+    return _step(model, point)
 
 
 def _report(model: TrackModel, search: _Search) -> TrackFit:

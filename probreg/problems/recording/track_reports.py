@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -154,51 +155,51 @@ class TrackReports:
         theta = finite_array("theta", theta, (self.num_biases,))
         time = self.shifted_time(theta)
         rows = np.lexsort([np.arange(len(time)), time, self.target])
-        position = path.position + (time - path.time)[:, None] * path.velocity
-        parts = self._components(theta, position, path.velocity)
-        given = parts.given[rows]
-        counts = given.sum(axis=1)
-        target_count = np.bincount(self.target, minlength=self.num_targets)
-        equations = track_equations(
-            np.concatenate([[0], np.cumsum(target_count)]),
-            np.concatenate([[0], np.cumsum(counts)]),
-            time[rows],
-            ScalarEquations(
-                parts.y[rows][given],
-                parts.h[rows][given],
-                parts.variance[rows][given],
-                parts.constants[rows][given],
-                parts.column[rows][given],
-                parts.response[rows][given],
-            ),
-            self._push(rows, position, path.velocity),
-        )
         order = np.empty_like(rows)
         order[rows] = np.arange(len(rows))
-        return TrackLinearisation(equations, rows, order, theta)
-
-    def _components(
-        self, theta: FloatArray, position: FloatArray, velocity: FloatArray
-    ) -> _Components:
-        n, q = self.values.shape
-        width = max((len(model.terms) for model in self.models), default=0)
-        parts = _Components(
-            np.isfinite(self.values),
-            np.zeros((n, q)),
-            np.zeros((n, q, self.dim)),
-            np.ones((n, q)),
-            np.zeros((n, q, self.num_constants)),
-            np.zeros((n, q, width), dtype=np.int64),
-            np.zeros((n, q, width)),
-        )
+        position = path.position + (time - path.time)[:, None] * path.velocity
+        counts = self._given.sum(axis=1)
+        start = np.concatenate([[0], np.cumsum(counts[rows])])
+        scalar = self._scalar(int(start[-1]))
+        # where the equation of each component stands
+        place = start[order][:, None] + np.cumsum(self._given, axis=1) - 1
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.sensor == k)
             m = len(model.sigmas)
-            parts.given[own, m:] = False
             if own.size:
-                x, v = position[own], velocity[own]
-                _write(parts, own, model, theta, (x, v, self.values[own, :m]))
-        return parts
+                given = self._given[own, :m]
+                where = _Where(given, place[own, :m][given])
+                at = (position[own], path.velocity[own], self.values[own, :m])
+                _write(scalar, where, model, theta, at)
+        targets = np.bincount(self.target, minlength=self.num_targets)
+        equations = track_equations(
+            np.concatenate([[0], np.cumsum(targets)]),
+            start,
+            time[rows],
+            scalar,
+            self._push(rows, position, path.velocity),
+        )
+        return TrackLinearisation(equations, rows, order, theta)
+
+    @cached_property
+    def _given(self) -> BoolArray:
+        """Which components are there, (n, q)."""
+        given = np.isfinite(self.values)
+        for k, model in enumerate(self.models):
+            given[np.flatnonzero(self.sensor == k), len(model.sigmas) :] = False
+        return given
+
+    def _scalar(self, E: int) -> ScalarEquations:
+        """Room for E equations."""
+        width = max((len(model.terms) for model in self.models), default=0)
+        return ScalarEquations(
+            np.empty(E),
+            np.empty((E, self.dim)),
+            np.empty(E),
+            np.zeros((E, self.num_constants)),
+            np.zeros((E, width), dtype=np.int64),
+            np.zeros((E, width)),
+        )
 
     def _push(
         self, rows: IntArray, position: FloatArray, velocity: FloatArray
@@ -240,43 +241,39 @@ class TrackLinearisation:
         return PathPoints(self.equations.time[self.order], own[:, :d], own[:, d : 2 * d])
 
 
-class _Components(NamedTuple):
-    """Equations of every component of every report, (n, q, ...); `given` those that are there."""
+class _Where(NamedTuple):
+    """Which components of a sensor's reports are given, (n, q), and where their equations stand."""
 
     given: BoolArray
-    y: FloatArray
-    h: FloatArray
-    variance: FloatArray
-    constants: FloatArray
-    column: IntArray
-    response: FloatArray
+    rows: IntArray
 
 
 def _write(
-    parts: _Components,
-    own: IntArray,
+    scalar: ScalarEquations,
+    where: _Where,
     model: SensorModel,
     theta: FloatArray,
     at: tuple[FloatArray, FloatArray, FloatArray],
 ) -> None:
-    """Fill in the equations of the reports `own` of one sensor."""
+    """Fill in the equations of the reports of one sensor."""
     position, velocity, values = at
+    given, rows = where
     seen = model.axes.observe(position)
-    m = len(model.sigmas)
     moved = np.einsum("nqd,nd->nq", seen.gradient, velocity)
     off = values - seen.value
-
-    def response(term: ErrorTerm) -> FloatArray:
-        return seen.factor * term.column(seen.value) - term.stamp * moved
-
+    assert scalar.column is not None
+    assert scalar.response is not None
+    assert scalar.constants is not None
     for j, (c, term) in enumerate(model.terms):
-        off = off - theta[c] * term.column(seen.value)
-        parts.column[own, :, j] = c
-        parts.response[own, :m, j] = response(term)
+        own = term.column(seen.value)
+        off = off - theta[c] * own
+        scalar.column[rows, j] = c
+        scalar.response[rows, j] = (seen.factor * own - term.stamp * moved)[given]
     for c, term in model.own:
-        parts.constants[own, :m, c] += response(term)
+        own = seen.factor * term.column(seen.value) - term.stamp * moved
+        scalar.constants[rows, c] += own[given]
     off[:, model.axes.angles] = wrap_angle(off[:, model.axes.angles])
     at_path = np.einsum("nqd,nd->nq", seen.gradient, position)
-    parts.y[own, :m] = seen.factor * off + at_path
-    parts.h[own, :m] = seen.gradient
-    parts.variance[own, :m] = (seen.factor * model.sigmas) ** 2
+    scalar.y[rows] = (seen.factor * off + at_path)[given]
+    scalar.h[rows] = seen.gradient[given]
+    scalar.variance[rows] = ((seen.factor * model.sigmas) ** 2)[given]
