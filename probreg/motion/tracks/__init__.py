@@ -3,15 +3,8 @@
 Reports enter as scalar equations (`TrackEquations`) in order of target and time.
 """
 
-from probreg.motion.tracks._equations import (
-    LEAST_WEIGHT,
-    ScalarEquations,
-    TrackEquations,
-    TrackMotion,
-    spans,
-    track_equations,
-    track_motion,
-)
+from probreg.motion.tracks._build import ScalarEquations, track_equations, track_motion
+from probreg.motion.tracks._equations import LEAST_WEIGHT, TrackEquations, TrackMotion, spans
 from probreg.motion.tracks.information import BiasInformation, eliminate_paths
 from probreg.motion.tracks.smoothing import (
     SmoothedTracks,

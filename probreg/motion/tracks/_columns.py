@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
-from probreg.motion.tracks._filter import FAST
+from probreg.motion.tracks._filter import FAST, answer
 from probreg.motion.tracks._smoother import Memory, forward, memory_of
 from probreg.typing import FloatArray
 
@@ -32,14 +32,19 @@ def smooth_columns(
         low, high = equations.target_start[k], equations.target_start[k + 1]
         own = states[low - start : high - start]
         forward(shape, equations, motion, precision, equations.y, k, memory)
-        _forth(equations, k, memory, n, own)
+        _forth(shape, equations, k, memory, n, own)
         _back(equations, k, memory, n, own)
         k += 1
 
 
 @numba.njit(cache=True, fastmath=FAST)
 def _forth(
-    equations: TrackEquations, k: int, memory: Memory, n: FloatArray, states: FloatArray
+    shape: Shape,
+    equations: TrackEquations,
+    k: int,
+    memory: Memory,
+    n: FloatArray,
+    states: FloatArray,
 ) -> None:
     """Filter the columns: n of each equation, and M after each report."""
     d, size, p = equations.push.shape[1], states.shape[1], states.shape[2]
@@ -56,13 +61,7 @@ def _forth(
             if phi == 0.0:
                 continue
             own = n[e - base]
-            own[:] = 0.0
-            for s in range(equations.column.shape[1]):
-                own[equations.column[e, s]] += equations.response[e, s]
-            for b in range(equations.h.shape[1]):
-                row = M[b if b < d else b + d]
-                for c in range(p):
-                    own[c] -= equations.h[e, b] * row[c]
+            answer(shape, equations, e, M, own)
             for a in range(size):
                 for c in range(p):
                     M[a, c] += memory.g[e - base, a] / phi * own[c]

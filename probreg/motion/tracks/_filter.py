@@ -92,6 +92,32 @@ def shrink(
 
 
 @numba.njit(cache=True, fastmath=FAST)
+def answer(shape: Shape, equations: TrackEquations, e: int, M: FloatArray, n: FloatArray) -> None:
+    """Write n = s - M'h: what the innovation of equation e loses for each unit of bias."""
+    d, p = len(shape[0]), n.size
+    for c in range(p):
+        n[c] = 0.0
+    for s in range(equations.column.shape[1]):
+        n[equations.column[e, s]] += equations.response[e, s]
+    for b in range(d + len(shape[1])):
+        h, row = equations.h[e, b], b if b < d else b + d
+        for c in range(p):
+            n[c] -= h * M[row, c]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def move(shape: Shape, m: FloatArray, M: FloatArray, dt: float, push: FloatArray, i: int) -> None:
+    """Move the bias columns on by dt, and the mean by the known acceleration."""
+    d = len(shape[0])
+    for a in range(d):
+        for c in range(M.shape[1]):
+            M[a, c] += dt * M[d + a, c]
+        if len(push) > 0:
+            m[a] += 0.5 * dt * dt * push[i, a]
+            m[d + a] += dt * push[i, a]
+
+
+@numba.njit(cache=True, fastmath=FAST)
 def information(
     shape: Shape,
     equations: TrackEquations,
@@ -105,49 +131,32 @@ def information(
 
     Writes J (K, p, p), eta (K, p), ll (K,): log p(y | delta) is ll + eta.delta - delta'J delta / 2.
     """
-    d, p = len(shape[0]), eta.shape[1]
-    size = 2 * d + len(shape[1])
+    p, size = eta.shape[1], 2 * len(shape[0]) + len(shape[1])
     m, P, M = np.empty(size), np.empty((size, size)), np.empty((size, p))
     g, n = np.empty(size), np.empty(p)
-    pushed = len(equations.push) > 0
     for k in range(len(ll)):
         begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
         M[:] = 0.0
-        Jk, etak = J[k], eta[k]
+        Jk, etak, log_density = J[k], eta[k], 0.0
         Jk[:] = 0.0
         etak[:] = 0.0
-        log_density = 0.0
         low, high = equations.target_start[k], equations.target_start[k + 1]
         for i in range(low, high):
             dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
             if dt > 0.0:
                 predict(shape, m, P, dt, motion.q[k])
-                for a in range(d):
-                    for c in range(p):
-                        M[a, c] += dt * M[d + a, c]
-                if pushed:
-                    for a in range(d):
-                        m[a] += 0.5 * dt * dt * equations.push[i, a]
-                        m[d + a] += dt * equations.push[i, a]
+                move(shape, m, M, dt, equations.push, i)
             for e in range(equations.report_start[i], equations.report_start[i + 1]):
                 if precision[e] == 0.0:
                     continue
                 h = equations.h[e]
                 phi = gain_of(shape, P, h, g) + 1.0 / precision[e]
                 nu = equations.y[e] - project(shape, h, m)
-                for c in range(p):
-                    n[c] = 0.0
-                for s in range(equations.column.shape[1]):
-                    n[equations.column[e, s]] += equations.response[e, s]
-                for b in range(d + len(shape[1])):
-                    row = M[b if b < d else b + d]
-                    for c in range(p):
-                        n[c] -= h[b] * row[c]
-                scaled = nu / phi
-                log_density -= 0.5 * (_LOG_2PI + np.log(phi) + nu * scaled)
+                answer(shape, equations, e, M, n)
+                log_density -= 0.5 * (_LOG_2PI + np.log(phi) + nu * nu / phi)
                 for a in range(p):
-                    etak[a] += scaled * n[a]
                     part = n[a] / phi
+                    etak[a] += part * nu
                     for c in range(a + 1):
                         Jk[a, c] += part * n[c]
                 for a in range(size):

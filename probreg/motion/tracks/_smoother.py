@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
-from probreg.motion.tracks._filter import FAST, begin, gain_of, predict, project, shrink
+from probreg.motion.tracks._filter import FAST, begin, gain_of, move, predict, project, shrink
 from probreg.typing import FloatArray
 
 
@@ -81,9 +81,8 @@ def forward(
     memory: Memory,
 ) -> None:
     """Filter target k and remember; phi is zero where an equation is not there."""
-    d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
-    m, P = np.empty(size), np.empty((size, size))
-    pushed = len(equations.push) > 0
+    size = 2 * len(shape[0]) + len(shape[1])
+    m, P, none = np.empty(size), np.empty((size, size)), np.empty((size, 0))
     low, high = equations.target_start[k], equations.target_start[k + 1]
     base = equations.report_start[low]
     begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
@@ -91,10 +90,7 @@ def forward(
         dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
         if dt > 0.0:
             predict(shape, m, P, dt, motion.q[k])
-            if pushed:
-                for a in range(d):
-                    m[a] += 0.5 * dt * dt * equations.push[i, a]
-                    m[d + a] += dt * equations.push[i, a]
+            move(shape, m, none, dt, equations.push, i)
         for e in range(equations.report_start[i], equations.report_start[i + 1]):
             memory.phi[e - base] = 0.0
             if precision[e] == 0.0:

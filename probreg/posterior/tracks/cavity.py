@@ -115,6 +115,16 @@ def invert(C: FloatArray, inverse: FloatArray, m: int) -> float:
     return log_det
 
 
+class _Room(NamedTuple):
+    """Small arrays to work in: I - A W; A and a; a covariance and its inverse; log odds."""
+
+    B: FloatArray
+    X: FloatArray
+    C: FloatArray
+    inverse: FloatArray
+    log_p: FloatArray
+
+
 @numba.njit(cache=True)
 def judge_reports(
     equations: TrackEquations,
@@ -130,18 +140,19 @@ def judge_reports(
     With residual a and A = h V h' under all reports, those without report i are
     A_c = (I - A W)^-1 A and a_c = (I - A W)^-1 a, W its precision.
     """
-    width, J = spread.shape[1], mixtures.variance.shape[1]
-    B, X = np.empty((width, width)), np.empty((width, width + 1))
-    C, inverse, log_p = np.empty((width, width)), np.empty((width, width)), np.empty(J)
+    w, J = spread.shape[1], mixtures.variance.shape[1]
+    room = _Room(
+        np.empty((w, w)), np.empty((w, w + 1)), np.empty((w, w)), np.empty((w, w)), np.empty(J)
+    )
+    B, X = room.B, room.X
     for i in range(len(equations.time)):
         first = equations.report_start[i]
         m = equations.report_start[i + 1] - first
-        group = mixtures.sensor[i]
         for a in range(m):
             for b in range(m):
                 B[a, b] = (1.0 if a == b else 0.0) - spread[first + a, b] * precision[first + b]
                 X[a, b] = spread[first + a, b]
-            X[a, width] = residual[first + a]
+            X[a, w] = residual[first + a]
         solve_in_place(B, X, m)
         sound = m > 0
         out.placed[i] = m > 0
@@ -154,33 +165,43 @@ def judge_reports(
             for a in range(m):
                 X[a, :m] = 0.0
                 X[a, a] = widest * widest
-        top = mixtures.log_wrong[i]
-        for j in range(J):
-            log_p[j] = mixtures.log_share[group, j]
-            if log_p[j] > -np.inf:
-                grown = mixtures.variance[group, j]
-                for a in range(m):
-                    for b in range(m):
-                        C[a, b] = 0.5 * (X[a, b] + X[b, a])
-                    C[a, a] += grown * equations.variance[first + a]
-                log_p[j] -= 0.5 * (m * _LOG_2PI + invert(C, inverse, m))
-                square = 0.0
-                for a in range(m):
-                    lead = 0.0
-                    for b in range(m):
-                        lead += inverse[a, b] * X[b, width]
-                    log_p[j] -= 0.5 * lead * X[a, width]
-                    own = equations.variance[first + a] * grown
-                    square += own * grown * (lead * lead - inverse[a, a]) + grown
-                out.square[i, j] = square
-            top = max(top, log_p[j])
-        total = np.exp(mixtures.log_wrong[i] - top)
-        for j in range(J):
-            log_p[j] = np.exp(log_p[j] - top)
-            total += log_p[j]
-        out.weight[i] = 0.0
-        for j in range(J):
-            out.probability[i, j] = log_p[j] / total
-            out.weight[i] += out.probability[i, j] / mixtures.variance[group, j]
-        out.wrong[i] = np.exp(mixtures.log_wrong[i] - top) / total
-        out.log_density[i] = top + np.log(total)
+        _weigh(equations.variance[first : first + m], mixtures, room, i, out)
+
+
+@numba.njit(cache=True)
+def _weigh(
+    variance: FloatArray, mixtures: ReportMixtures, room: _Room, i: int, out: Judgement
+) -> None:
+    """Write the odds of report i to be of each Gaussian and of none, given `room.X`."""
+    m, w, group = len(variance), room.C.shape[0], mixtures.sensor[i]
+    X, C, inverse, log_p = room.X, room.C, room.inverse, room.log_p
+    top = mixtures.log_wrong[i]
+    for j in range(len(log_p)):
+        log_p[j] = mixtures.log_share[group, j]
+        if log_p[j] > -np.inf:
+            grown = mixtures.variance[group, j]
+            for a in range(m):
+                for b in range(m):
+                    C[a, b] = 0.5 * (X[a, b] + X[b, a])
+                C[a, a] += grown * variance[a]
+            log_p[j] -= 0.5 * (m * _LOG_2PI + invert(C, inverse, m))
+            out.square[i, j] = 0.0
+            for a in range(m):
+                lead = 0.0
+                for b in range(m):
+                    lead += inverse[a, b] * X[b, w]
+                log_p[j] -= 0.5 * lead * X[a, w]
+                gain = grown * grown * variance[a]
+                out.square[i, j] += gain * (lead * lead - inverse[a, a]) + grown
+        top = max(top, log_p[j])
+    out.wrong[i] = np.exp(mixtures.log_wrong[i] - top)
+    total = out.wrong[i]
+    for j in range(len(log_p)):
+        log_p[j] = np.exp(log_p[j] - top)
+        total += log_p[j]
+    out.weight[i] = 0.0
+    for j in range(len(log_p)):
+        out.probability[i, j] = log_p[j] / total
+        out.weight[i] += out.probability[i, j] / mixtures.variance[group, j]
+    out.wrong[i] /= total
+    out.log_density[i] = top + np.log(total)
