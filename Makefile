@@ -38,6 +38,7 @@ benchmark: $(READY)  ## timings
 	$(PY) benchmarks/bearings.py
 	$(PY) benchmarks/static_posterior.py
 	$(PY) benchmarks/paths.py
+	$(PY) benchmarks/tracks.py
 	$(PY) benchmarks/registration.py
 
 check-install: $(READY)  ## the wheel in empty environments, newest dependencies (PYTHONS)

@@ -18,7 +18,7 @@ from probreg.noise._checks import require_law, require_scalar_law
 from probreg.noise._compiled import LawNumbers, apply_same, compile_scalar
 from probreg.noise._law import NoiseLaw, per_component
 from probreg.noise._rejection import RejectionRule
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import Mixture, MixtureCounts, ScaleMixture
 from probreg.noise.contaminated import Contaminated
 from probreg.noise.gaussian import Gaussian
 from probreg.noise.hard_reject import HardReject
@@ -36,6 +36,8 @@ __all__ = [
     "Hyperbolic",
     "Igg3",
     "LawNumbers",
+    "Mixture",
+    "MixtureCounts",
     "NoiseLaw",
     "RejectionRule",
     "ScaleMixture",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,9 +11,18 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.noise._checks import above_zero
 from probreg.noise._law import Size
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import (
+    Mixture,
+    MixtureCounts,
+    ScaleMixture,
+    draw_scale,
+    weak_scale,
+)
 from probreg.noise._support import ABOVE_ONE, POSITIVE, SHARE, Support
 from probreg.typing import FloatArray
+
+LEAST_SCALE = 1.5  # of outliers, where it is estimated
+RATE_ROWS = 10.0  # that the rate given counts for
 
 
 @dataclass(frozen=True)
@@ -119,3 +128,50 @@ class Contaminated(ScaleMixture):
         precision = 1.0 / np.asarray(self.scale) ** 2
         wide = (1.0 - self.unit_weight(d2, m)) / (1.0 - precision)
         return np.where(rng.random(np.shape(d2)) < wide, precision, 1.0)
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """The good rows and the outliers."""
+        rate, scale = float(self.rate), float(self.scale)
+        return Mixture(np.array([1.0 - rate, rate]), np.array([1.0, scale**2]))
+
+    def refitted(
+        self, counts: MixtureCounts, m: int, unknown: Collection[str], about: Contaminated
+    ) -> Contaminated:
+        """Rate, scales of good rows and of outliers.
+
+        The rate's prior is a beta law about the given one, of ten rows.
+        """
+        return self._changed(
+            unknown,
+            (counts.rows[1] + RATE_ROWS * about.rate) / (counts.rows.sum() + RATE_ROWS),
+            weak_scale(counts.square[0], counts.components[0], about.core_scale),
+            weak_scale(counts.square[1], counts.components[1], about.core_scale * about.scale),
+        )
+
+    def draw_parameters(
+        self,
+        rng: np.random.Generator,
+        counts: MixtureCounts,
+        m: int,
+        unknown: Collection[str],
+        about: Contaminated,
+    ) -> Contaminated:
+        """Draw rate and scales given which rows are outliers."""
+        bad, good = counts.rows[1], counts.rows[0]
+        return self._changed(
+            unknown,
+            rng.beta(bad + RATE_ROWS * about.rate, good + RATE_ROWS * (1.0 - about.rate)),
+            draw_scale(rng, counts.square[0], counts.components[0], about.core_scale),
+            draw_scale(rng, counts.square[1], counts.components[1], about.core_scale * about.scale),
+        )
+
+    def _changed(
+        self, unknown: Collection[str], rate: float, core: float, wide: float
+    ) -> Contaminated:
+        """The law with those of the parameters that are unknown; `wide` is an outlier's scale."""
+        unit = float(core if "core_scale" in unknown else self.core_scale)
+        out = float(wide if "scale" in unknown else self.core_scale * self.scale)
+        share = float(np.clip(rate, 1e-9, 1.0 - 1e-9)) if "rate" in unknown else self.rate
+        # outliers closer than this cannot be told from good rows
+        far = max(out / unit, LEAST_SCALE) if "scale" in unknown else self.scale
+        return replace(self, rate=share, core_scale=unit, scale=far)

@@ -9,7 +9,7 @@ import numpy as np
 
 from probreg.noise._checks import above_zero
 from probreg.noise._law import Size
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import Mixture, ScaleMixture
 from probreg.typing import FloatArray
 
 
@@ -61,3 +61,7 @@ class Gaussian(ScaleMixture):
     def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
         """The precision is 1."""
         return np.ones_like(d2)
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """One Gaussian."""
+        return Mixture(np.ones(1), np.ones(1))

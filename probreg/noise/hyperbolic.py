@@ -12,7 +12,7 @@ from probreg.errors import InvalidInputError
 from probreg.noise._checks import above_zero
 from probreg.noise._law import Size
 from probreg.noise._radial import on_sphere, truncated_chi, truncated_gamma
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import Mixture, ScaleMixture, log_grid, on_grid
 from probreg.typing import FloatArray
 
 
@@ -119,6 +119,15 @@ class Hyperbolic(ScaleMixture):
     def draw_unit_precision(self, rng: np.random.Generator, d2: FloatArray, m: Size) -> FloatArray:
         """Inverse Gaussian with mean 1 / sqrt(d^2 + mu^2) and shape 1."""
         return rng.wald(1.0 / np.sqrt(d2 + np.asarray(self.mu) ** 2), 1.0)
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """A grid over the variance, generalised inverse Gaussian, in the logarithm."""
+        if self.piecewise_at is not None:
+            raise InvalidInputError("Hyperbolic with piecewise_at is no sum of Gaussians.")
+        mu = float(self.mu)
+        variance = log_grid(1e-6, 80.0 + 8.0 * mu)
+        log_share = 0.5 * (m + 1) * np.log(variance) - 0.5 * (variance + mu**2 / variance)
+        return on_grid(log_share, variance)
 
     def _piecewise_radius(self, rng: np.random.Generator, n: int, m: int) -> FloatArray:
         bound, mu = float(self.piecewise_at or 0.0), float(self.mu)

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.special import betaln, digamma, gammaln
 
 from probreg.noise._checks import above_zero
 from probreg.noise._law import Size
-from probreg.noise._scale_mixture import ScaleMixture
+from probreg.noise._scale_mixture import (
+    Mixture,
+    MixtureCounts,
+    ScaleMixture,
+    log_grid,
+    on_grid,
+)
 from probreg.noise._support import POSITIVE, Support
 from probreg.typing import FloatArray
+
+NU_BOUNDS = (float(np.log(0.5)), float(np.log(100.0)))  # where it is estimated
 
 
 @dataclass(frozen=True)
@@ -97,3 +106,58 @@ class StudentT(ScaleMixture):
         return rng.standard_gamma(shape if shape.ndim else float(shape), size) * (
             2.0 / (self.nu + d2)
         )
+
+    def unit_mixture(self, m: int) -> Mixture:
+        """A grid over the precision, Gamma(nu / 2, rate nu / 2), in the logarithm."""
+        nu = float(self.nu)
+        precision = log_grid(1e-6, 8.0 + 12.0 / nu, min(0.5, 1.5 / np.sqrt(nu)))
+        return on_grid(self._log_share(precision, nu), 1.0 / precision)
+
+    def refitted(
+        self, counts: MixtureCounts, m: int, unknown: Collection[str], about: StudentT
+    ) -> StudentT:
+        """Scale, and nu with the prior Gamma(2, 0.1) of Juarez and Steel (2010)."""
+        law = super().refitted(counts, m, unknown, about)
+        if "nu" not in unknown:
+            return law
+        found = minimize_scalar(
+            lambda log_nu: -self._log_posterior(np.atleast_1d(log_nu), counts, m)[0],
+            bounds=NU_BOUNDS,
+            method="bounded",
+        )
+        return replace(law, nu=float(np.exp(found.x)))
+
+    def draw_parameters(
+        self,
+        rng: np.random.Generator,
+        counts: MixtureCounts,
+        m: int,
+        unknown: Collection[str],
+        about: StudentT,
+    ) -> StudentT:
+        """Draw scale and nu given the precision of each row, nu on a fine grid."""
+        law = super().draw_parameters(rng, counts, m, unknown, about)
+        if "nu" not in unknown:
+            return law
+        log_nu = np.linspace(*NU_BOUNDS, 400)
+        log_p = self._log_posterior(log_nu, counts, m)
+        p = np.cumsum(np.exp(log_p - log_p.max()))
+        # anywhere within a cell of the grid
+        cell = np.searchsorted(p, rng.random() * p[-1])
+        step = log_nu[1] - log_nu[0]
+        return replace(law, nu=float(np.exp(log_nu[cell] + step * (rng.random() - 0.5))))
+
+    def _log_posterior(self, log_nu: FloatArray, counts: MixtureCounts, m: int) -> FloatArray:
+        """Of the logarithms of nu (k,) given counts of precisions."""
+        precision = 1.0 / self.unit_mixture(m).variance
+        nu = np.exp(log_nu)
+        half, rows = 0.5 * nu, counts.rows.sum()
+        said = float(counts.rows @ (np.log(precision) - precision))
+        fit = rows * (half * np.log(half) - gammaln(half)) + half * said
+        return np.asarray(fit + 2.0 * log_nu - 0.1 * nu)
+
+    @staticmethod
+    def _log_share(precision: FloatArray, nu: float) -> FloatArray:
+        half = 0.5 * nu
+        log_density = half * np.log(half) - gammaln(half) + half * (np.log(precision) - precision)
+        return np.asarray(log_density)

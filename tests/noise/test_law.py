@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from probreg.errors import ImproperLawError
-from probreg.noise import NoiseLaw, RejectionRule, ScaleMixture
+from probreg.noise import Mixture, NoiseLaw, RejectionRule, ScaleMixture
 
 GIVEN = {
     "scale": 1.0,
@@ -17,11 +17,13 @@ GIVEN = {
     "kernel_function": staticmethod(lambda d2, m, params: -0.5 * d2),
     "sample_unit": lambda self, rng, n, m: rng.standard_normal((n, m)),
     "draw_unit_precision": lambda self, rng, d2, m: np.ones_like(d2),
+    "unit_mixture": lambda self, m: Mixture(np.ones(1), np.ones(1)),
 }
+HIDDEN = {"draw_unit_precision", "unit_mixture"}
 BASES = {
-    NoiseLaw: set(GIVEN) - {"draw_unit_precision"},
+    NoiseLaw: set(GIVEN) - HIDDEN,
     ScaleMixture: set(GIVEN),
-    RejectionRule: set(GIVEN) - {"draw_unit_precision", "sample_unit"},
+    RejectionRule: set(GIVEN) - HIDDEN - {"sample_unit"},
 }
 LACKING = [(base, name) for base, needed in BASES.items() for name in sorted(needed)]
 

@@ -1,0 +1,36 @@
+"""Targets' paths with white acceleration: eliminated, smoothed, drawn, all compiled.
+
+Reports enter as scalar equations (`TrackEquations`) in order of target and time.
+"""
+
+from probreg.motion.tracks._build import ScalarEquations, track_equations, track_motion
+from probreg.motion.tracks._equations import LEAST_WEIGHT, TrackEquations, TrackMotion, spans
+from probreg.motion.tracks.information import BiasInformation, eliminate_paths
+from probreg.motion.tracks.smoothing import (
+    SmoothedTracks,
+    add_bias_uncertainty,
+    bias_response,
+    draw_model,
+    draw_tracks,
+    smooth_tracks,
+    with_times,
+)
+
+__all__ = [
+    "LEAST_WEIGHT",
+    "BiasInformation",
+    "ScalarEquations",
+    "SmoothedTracks",
+    "TrackEquations",
+    "TrackMotion",
+    "add_bias_uncertainty",
+    "bias_response",
+    "draw_model",
+    "draw_tracks",
+    "eliminate_paths",
+    "smooth_tracks",
+    "spans",
+    "track_equations",
+    "track_motion",
+    "with_times",
+]

@@ -1,0 +1,253 @@
+"""Compiled Bryson-Frazier smoother: no inverse of the process noise, equal times are harmless."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
+from probreg.motion.tracks._filter import FAST, begin, gain_of, move, predict, project, shrink
+from probreg.typing import FloatArray
+
+
+class Memory(NamedTuple):
+    """What the filter leaves for the way back, of one target.
+
+    Attributes
+    ----------
+    m : ndarray, shape (L, size)
+    P : ndarray, shape (L, size, size)
+        After the equations of each report: there the covariance is small, and V = P - P N P
+        does not cancel.
+    g : ndarray, shape (L', size)
+    phi, nu : ndarray, shape (L',)
+        Of each equation: gain times variance, predictive variance, innovation.
+    """
+
+    m: FloatArray
+    P: FloatArray
+    g: FloatArray
+    phi: FloatArray
+    nu: FloatArray
+
+
+class Smoothing(NamedTuple):
+    """Where the smoother writes; all but the mean may have length zero, and is then left out.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (n, size)
+    covariance : ndarray, shape (n, size, size)
+    residual : ndarray, shape (E,)
+        Of each equation against the smoothed state.
+    spread : ndarray, shape (E, width)
+        h V h' of each equation with those of its report.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    residual: FloatArray
+    spread: FloatArray
+
+
+@numba.njit(cache=True)
+def memory_of(equations: TrackEquations) -> Memory:
+    """Room for the largest target."""
+    size = equations.push.shape[1] + equations.h.shape[1]
+    longest, widest = 0, 0
+    for k in range(len(equations.target_start) - 1):
+        low, high = equations.target_start[k], equations.target_start[k + 1]
+        longest = max(longest, high - low)
+        widest = max(widest, equations.report_start[high] - equations.report_start[low])
+    return Memory(
+        np.empty((longest, size)),
+        np.empty((longest, size, size)),
+        np.empty((widest, size)),
+        np.empty(widest),
+        np.empty(widest),
+    )
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def forward(
+    shape: Shape,
+    equations: TrackEquations,
+    motion: TrackMotion,
+    precision: FloatArray,
+    y: FloatArray,
+    k: int,
+    memory: Memory,
+) -> None:
+    """Filter target k and remember; phi is zero where an equation is not there."""
+    size = 2 * len(shape[0]) + len(shape[1])
+    m, P, none = np.empty(size), np.empty((size, size)), np.empty((size, 0))
+    low, high = equations.target_start[k], equations.target_start[k + 1]
+    base = equations.report_start[low]
+    begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
+    for i in range(low, high):
+        dt = equations.time[i] - equations.time[i - 1] if i > low else 0.0
+        if dt > 0.0:
+            predict(shape, m, P, dt, motion.q[k])
+            move(shape, m, none, dt, equations.push, i)
+        for e in range(equations.report_start[i], equations.report_start[i + 1]):
+            memory.phi[e - base] = 0.0
+            if precision[e] == 0.0:
+                continue
+            g, h = memory.g[e - base], equations.h[e]
+            phi = gain_of(shape, P, h, g) + 1.0 / precision[e]
+            nu = y[e] - project(shape, h, m)
+            memory.phi[e - base] = phi
+            memory.nu[e - base] = nu
+            shrink(shape, m, P, g, phi, nu)
+        memory.m[i - low] = m
+        memory.P[i - low] = P
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def give_back(
+    shape: Shape,
+    h: FloatArray,
+    g: FloatArray,
+    phi: float,
+    nu: float,
+    r: FloatArray,
+    N: FloatArray,
+    u: FloatArray,
+) -> None:
+    """Carry r and N back over one equation of gain k = g / phi; u is room to work in.
+
+    r becomes r + h (nu / phi - k'r), N becomes (I - h k') N (I - k h') + h h' / phi.
+    """
+    d, c = len(shape[0]), len(shape[1])
+    size = 2 * d + c
+    lead, within = nu, phi
+    for a in range(size):
+        u[a] = 0.0
+        for b in range(size):
+            u[a] += N[b, a] * g[b]
+        lead -= g[a] * r[a]
+        within += g[a] * u[a]
+    lead, within = lead / phi, within / (phi * phi)
+    for b in range(d + c):
+        row = b if b < d else b + d
+        r[row] += h[b] * lead
+        for a in range(size):
+            N[row, a] -= h[b] * u[a] / phi
+            N[a, row] -= h[b] * u[a] / phi
+        for j in range(d + c):
+            N[row, j if j < d else j + d] += h[b] * h[j] * within
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def carry_back(shape: Shape, r: FloatArray, N: FloatArray, dt: float) -> None:
+    """Carry r and N back over dt seconds: F'r and F'N F."""
+    d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
+    for a in range(d):
+        r[d + a] += dt * r[a]
+    for a in range(d):
+        for b in range(size):
+            N[d + a, b] += dt * N[a, b]
+    for a in range(size):
+        for b in range(d):
+            N[a, d + b] += dt * N[a, b]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def smoothed_covariance(
+    shape: Shape, P: FloatArray, N: FloatArray, work: FloatArray, V: FloatArray
+) -> None:
+    """Write V = P - P N P."""
+    size = 2 * len(shape[0]) + len(shape[1])
+    for a in range(size):
+        for b in range(size):
+            work[a, b] = 0.0
+        for c in range(size):
+            for b in range(size):
+                work[a, b] += P[a, c] * N[c, b]
+    for a in range(size):
+        for b in range(size):
+            V[a, b] = P[a, b]
+        for c in range(size):
+            for b in range(size):
+                V[a, b] -= work[a, c] * P[c, b]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def smooth_reports(
+    shape: Shape,
+    equations: TrackEquations,
+    motion: TrackMotion,
+    precision: FloatArray,
+    y: FloatArray,
+    out: Smoothing,
+) -> None:
+    """Smooth all targets; parts of `out` that have length zero are left out."""
+    size = 2 * len(shape[0]) + len(shape[1])
+    memory = memory_of(equations)
+    room = np.empty(size), np.empty(size), np.empty(size)
+    r, N, later, work = np.empty(size), np.empty((size, size)), np.empty((size, size)), room[0]
+    whole = np.empty((size, size))
+    for k in range(len(motion.q)):
+        forward(shape, equations, motion, precision, y, k, memory)
+        low, high = equations.target_start[k], equations.target_start[k + 1]
+        base = equations.report_start[low]
+        r[:] = 0.0
+        N[:] = 0.0
+        last = high - 1
+        for i in range(high - 1, low - 1, -1):
+            if i == high - 1 or equations.time[i + 1] > equations.time[i]:
+                # the state of all reports at this time, best known after the last of them
+                last = i
+                later[:] = N
+                for a in range(size):
+                    out.mean[i, a] = memory.m[i - low, a]
+                    for b in range(size):
+                        out.mean[i, a] += memory.P[i - low, a, b] * r[b]
+                if len(out.covariance) > 0:
+                    smoothed_covariance(shape, memory.P[i - low], N, whole, out.covariance[i])
+            else:
+                out.mean[i] = out.mean[last]
+                if len(out.covariance) > 0:
+                    out.covariance[i] = out.covariance[last]
+            judge(shape, equations, y, i, memory.P[last - low], later, out, room)
+            for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
+                phi = memory.phi[e - base]
+                if phi > 0.0:
+                    nu = memory.nu[e - base]
+                    give_back(shape, equations.h[e], memory.g[e - base], phi, nu, r, N, work)
+            if i > low:
+                carry_back(shape, r, N, equations.time[i] - equations.time[i - 1])
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def judge(
+    shape: Shape,
+    equations: TrackEquations,
+    y: FloatArray,
+    i: int,
+    P: FloatArray,
+    N: FloatArray,
+    out: Smoothing,
+    room: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Write residuals and h V h' of the equations of report i, V = P - P N P."""
+    size = 2 * len(shape[0]) + len(shape[1])
+    u, v, w = room
+    first, last = equations.report_start[i], equations.report_start[i + 1]
+    for e in range(first, last):
+        if len(out.residual) > 0:
+            out.residual[e] = y[e] - project(shape, equations.h[e], out.mean[i])
+        if len(out.spread) > 0:
+            gain_of(shape, P, equations.h[e], u)
+            v[:] = 0.0
+            for b in range(size):
+                for a in range(size):
+                    v[a] += N[b, a] * u[b]
+            w[:] = u
+            for b in range(size):
+                for a in range(size):
+                    w[a] -= P[b, a] * v[b]
+            for f in range(first, last):
+                out.spread[e, f - first] = project(shape, equations.h[f], w)

@@ -1,0 +1,22 @@
+"""Posterior of a recording's tracks: biases, paths, precisions and identities of reports."""
+
+from probreg.posterior.tracks.cavity import Judgement, ReportMixtures
+from probreg.posterior.tracks.fit import TrackFit, fit_tracks
+from probreg.posterior.tracks.model import TrackModel
+from probreg.posterior.tracks.score import Scores, score_missing
+from probreg.posterior.tracks.steps import Point, Solution, judge, smooth, solve
+
+__all__ = [
+    "Judgement",
+    "Point",
+    "ReportMixtures",
+    "Scores",
+    "Solution",
+    "TrackFit",
+    "TrackModel",
+    "fit_tracks",
+    "judge",
+    "score_missing",
+    "smooth",
+    "solve",
+]

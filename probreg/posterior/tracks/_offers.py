@@ -1,0 +1,154 @@
+"""Refused reports are offered to the one other target whose smoothed path they fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from probreg.motion.tracks import smooth_tracks, with_times
+from probreg.posterior.tracks.cavity import Judgement
+from probreg.posterior.tracks.model import TrackModel
+from probreg.posterior.tracks.steps import Point
+from probreg.problems.recording.track_reports import PathPoints, TrackReports
+from probreg.typing import FloatArray, IntArray
+
+BELIEVED = 0.5  # probability of a wrong identity below which a report counts for its target
+NEIGHBOUR_S = 12.0  # believed reports of the target on both sides, at most so far away
+NEAR_M = 20_000.0  # of where the report itself places its target; biases not yet taken off
+FITS, DIFFERS = 16.0, 64.0  # chi-square of the one, and least of every other
+
+
+class Offer(NamedTuple):
+    """Identities after the offer and where every report then stands, in their order."""
+
+    target: IntArray
+    path: PathPoints
+
+
+def offer_refused(
+    model: TrackModel, point: Point, path: PathPoints, judged: Judgement, theta: FloatArray
+) -> Offer | None:
+    """New identities of refused reports that fit one other target; None if there are none."""
+    tangent, reports = point.tangent, model.reports
+    refused = np.flatnonzero(judged.wrong > BELIEVED)
+    row, whom = _candidates(model, point, path, judged, refused)
+    if not row.size:
+        return None
+    finer, place = with_times(tangent.equations, whom, tangent.equations.time[row])
+    motion = model.motion(finer, point.q, point.constant_sd)
+    # times without reports have no equations, so weights of equations are as before
+    weights = point.weights[tangent.equations.report]
+    smoothed = smooth_tracks(finer, motion, weights, theta - tangent.theta, covariance=True)
+    assert smoothed.covariance is not None
+    mean, covariance = smoothed.mean[place], smoothed.covariance[place]
+    own = tangent.rows[row]
+    chi2 = _misfit(reports, own, whom, theta, mean, covariance)
+    best = _one_that_fits(row, chi2)
+    moved = best[whom[best] != reports.target[own[best]]]
+    if not moved.size:
+        return None
+    d = reports.dim
+    target, position, velocity = reports.target.copy(), path.position.copy(), path.velocity.copy()
+    target[own[moved]] = whom[moved]
+    position[own[moved]], velocity[own[moved]] = mean[moved, :d], mean[moved, d : 2 * d]
+    return Offer(target, path._replace(position=position, velocity=velocity))
+
+
+def _candidates(
+    model: TrackModel, point: Point, path: PathPoints, judged: Judgement, refused: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Pairs of a refused report and a target that passes near where the report places it."""
+    tangent = point.tangent
+    assert model.guess is not None
+    believed = np.flatnonzero(judged.wrong < BELIEVED)
+    believed = believed[np.argsort(tangent.equations.time[believed], kind="stable")]
+    time, position = tangent.equations.time, path.position[tangent.rows]
+    target = tangent.equations.target
+    return _near_targets(
+        time[refused],
+        model.guess.position[tangent.rows[refused]],
+        refused,
+        (time[believed], target[believed], position[believed]),
+        len(model.start),
+    )
+
+
+@numba.njit(cache=True)
+def _near_targets(
+    time: FloatArray,
+    where: FloatArray,
+    number: IntArray,
+    believed: tuple[FloatArray, IntArray, FloatArray],
+    num_targets: int,
+) -> tuple[IntArray, IntArray]:
+    """For reports (number) at (time, where): targets with believed reports on both sides, near."""
+    when, target, position = believed
+    row, whom = [np.int64(0) for _ in range(0)], [np.int64(0) for _ in range(0)]
+    before, after = np.full(num_targets, -1), np.full(num_targets, -1)
+    for i in range(len(time)):
+        low = np.searchsorted(when, time[i] - NEIGHBOUR_S)
+        high = np.searchsorted(when, time[i] + NEIGHBOUR_S)
+        for j in range(low, high):
+            if when[j] <= time[i]:
+                before[target[j]] = j
+            elif after[target[j]] < 0:
+                after[target[j]] = j
+        for j in range(low, high):
+            k = target[j]
+            first, last = before[k], after[k]
+            if first >= 0 and last >= 0:
+                share = (time[i] - when[first]) / (when[last] - when[first])
+                away = 0.0
+                for a in range(position.shape[1]):
+                    here = position[first, a] + share * (position[last, a] - position[first, a])
+                    away += (here - where[i, a]) ** 2
+                if away < NEAR_M**2:
+                    row.append(number[i])
+                    whom.append(k)
+            before[k], after[k] = -1, -1
+    return np.array(row), np.array(whom)
+
+
+def _misfit(
+    reports: TrackReports,
+    own: IntArray,
+    whom: IntArray,
+    theta: FloatArray,
+    mean: FloatArray,
+    covariance: FloatArray,
+) -> FloatArray:
+    """Chi-square of reports `own` against states of other targets."""
+    d = reports.dim
+    asked = replace(
+        reports,
+        sensor=reports.sensor[own],
+        target=np.arange(len(own)),
+        time=reports.time[own],
+        values=reports.values[own],
+    )
+    time = asked.shifted_time(theta)
+    tangent = asked.linearise(theta, PathPoints(time, mean[:, :d], mean[:, d : 2 * d]))
+    equations = tangent.equations
+    state = np.r_[0:d, 2 * d : mean.shape[1]]
+    report = equations.report
+    off = equations.y - np.einsum("ed,ed->e", equations.h, mean[:, state][report])
+    m = np.diff(equations.report_start)
+    at = np.arange(len(off)) - equations.report_start[report]
+    C = np.tile(np.eye(m.max()), (len(own), 1, 1))
+    a, h = np.zeros((len(own), m.max())), np.zeros((len(own), m.max(), len(state)))
+    a[report, at], h[report, at], C[report, at, at] = off, equations.h, equations.variance
+    C += h @ covariance[:, state][:, :, state] @ np.swapaxes(h, 1, 2)
+    return np.asarray(np.einsum("nm,nm->n", a, np.linalg.solve(C, a[..., None])[..., 0]))
+
+
+def _one_that_fits(row: IntArray, chi2: FloatArray) -> IntArray:
+    """Which pairs are the only ones of their report that fit."""
+    order = np.lexsort([chi2, row])
+    first = np.flatnonzero(np.diff(row[order], prepend=-1))
+    ends = np.append(first[1:], len(order))
+    second = np.where(ends > first + 1, chi2[order[np.minimum(first + 1, len(order) - 1)]], np.inf)
+    good = (chi2[order[first]] < FITS) & (second > DIFFERS)
+    return order[first[good]]

@@ -1,0 +1,221 @@
+"""The mode of a track posterior: biases with weights, identities, accelerations and laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg.motion.tracks import BiasInformation, SmoothedTracks
+from probreg.posterior.tracks import steps
+from probreg.posterior.tracks._offers import offer_refused
+from probreg.posterior.tracks.cavity import Judgement
+from probreg.posterior.tracks.model import TrackModel
+from probreg.posterior.tracks.steps import Point, Solution
+from probreg.problems.recording.track_reports import PathPoints
+from probreg.typing import FloatArray, IntArray
+
+WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused too early
+STEPS_EACH = 4
+GENEROUS = 9.0  # acceleration at first, over the prior's: weights of zero absorb
+SETTLED = 0.02  # posterior standard deviations of a last step,
+NEARLY = 0.3  # and of one after which tangent or identities change
+MOST_STEPS = 30
+TANGENTS = 2  # at smoothed paths; the first is at the reports themselves
+OFFERS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class TrackFit:
+    """Biases, paths and reports at the mode; arrays of reports in the order of the recording.
+
+    Attributes
+    ----------
+    model : TrackModel
+        Its reports under their last identities: refused ones may have found another target.
+    point : Point
+        Tangent, weights, accelerations, laws and shares at the mode.
+    theta : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+        Of the biases given the weights; paths integrated out.
+    information : BiasInformation
+        By target, of the biases from those of the tangent.
+    weights, wrong, log_density : ndarray, shape (n,)
+        Expected precision, probability that the report is not of its (last) target, and
+        leave-one-out score.
+    probability : ndarray, shape (n, J)
+        Of each Gaussian of the sensor's law.
+    mean : ndarray, shape (n, size)
+        Smoothed states at each report.
+    state_covariance : ndarray, shape (n, size, size)
+        Given the biases; see `add_bias_uncertainty`.
+    settled : bool
+        Whether the last step was below 0.02 standard deviations.
+    """
+
+    model: TrackModel
+    point: Point
+    theta: FloatArray
+    covariance: FloatArray
+    information: BiasInformation
+    weights: FloatArray
+    wrong: FloatArray
+    log_density: FloatArray
+    probability: FloatArray
+    mean: FloatArray
+    state_covariance: FloatArray
+    settled: bool
+
+    @property
+    def sd(self) -> FloatArray:
+        """Posterior standard deviations of the biases, shape (p,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def target(self) -> IntArray:
+        """Identities after refused reports were offered to other targets, shape (n,)."""
+        return self.model.reports.target
+
+    @property
+    def outlier(self) -> FloatArray:
+        """Probability of each report to be noisier than the first Gaussian of its law, (n,)."""
+        return np.asarray(1.0 - self.wrong - self.probability[:, 0])
+
+
+def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
+    """Find the mode of biases, weights, accelerations and laws, the paths integrated out.
+
+    Parameters
+    ----------
+    model : TrackModel
+    offers : int
+        How often refused reports are offered to other targets.
+
+    Returns
+    -------
+    TrackFit
+    """
+    search = _settled(model, *_begin(model))
+    for _ in range(offers if model.wrong_share else 0):
+        point, theta = search.point, search.solution.theta
+        path = point.tangent.path(search.smoothed.mean)
+        offer = offer_refused(model, point, path, search.judged, theta)
+        if offer is None:
+            break
+        model = replace(model, reports=replace(model.reports, target=offer.target))
+        del search, path  # room for the next
+        search = _settled(model, point, theta, offer.path)
+    point, theta = search.point, search.solution.theta
+    del search
+    return _report(model, _rest(model, point, theta, SETTLED))
+
+
+class _Search(NamedTuple):
+    """Where a search stands: the point after a step, and what the step found before it."""
+
+    point: Point
+    solution: Solution
+    smoothed: SmoothedTracks
+    judged: Judgement
+    settled: bool = False
+
+
+def _begin(model: TrackModel) -> tuple[Point, FloatArray, PathPoints]:
+    """Widened noise first: a point, biases and paths near the mode, at the first tangent.
+
+    Of very many reports some find the biases, laws and accelerations; the others follow.
+    """
+    count = np.bincount(model.reports.target, minlength=len(model.start))
+    among = steps.some_targets(count, steps.MANY_REPORTS)
+    if among is None:
+        return _narrowed(model, _first(model), STEPS_EACH)
+    part = model.of_targets(among)
+    found = _settled(part, *_narrowed(part, _first(part), STEPS_EACH))
+    return _narrowed(model, _first(model, found), 1)
+
+
+def _narrowed(model: TrackModel, point: Point, each: int) -> tuple[Point, FloatArray, PathPoints]:
+    """Steps as the noise shrinks to what it is."""
+    for widened in WIDENED:
+        for _ in range(each):
+            search = _step(model, point, widened)
+            point = search.point
+    return point, search.solution.theta, point.tangent.path(search.smoothed.mean)
+
+
+def _first(model: TrackModel, known: _Search | None = None) -> Point:
+    """The tangent at the reports themselves, with laws as given or as known from some."""
+    assert model.guess is not None
+    theta = model.prior.mean if known is None else known.solution.theta
+    tangent = model.reports.linearise(theta, model.guess)
+    weights = np.full(len(model.reports), WIDENED[0] ** -2.0)
+    if known is not None:
+        return replace(known.point, tangent=tangent, weights=weights)
+    wrong = np.full(len(model.laws), model.wrong_share)
+    generous = GENEROUS if model.acceleration_log_sd else 1.0
+    spread = np.asarray(model.constant_sd, dtype=float)
+    return Point(tangent, weights, generous * model.acceleration, model.laws, wrong, spread)
+
+
+def _step(model: TrackModel, point: Point, widened: float = 1.0) -> _Search:
+    """Biases, paths, weights; the laws' parameters too once the noise is not widened."""
+    solution = steps.solve(model, point)
+    constants = model.reports.num_constants > 0
+    smoothed = steps.smooth(model, point, solution.theta, covariance=constants)
+    judged = steps.judge(model, point, smoothed, widened)
+    if widened == 1.0:
+        point = steps.refit(model, point, judged)
+        point = steps.refit_constants(model, point, smoothed)
+    return _Search(replace(point, weights=judged.weight), solution, smoothed, judged)
+
+
+def _settled(model: TrackModel, point: Point, theta: FloatArray, path: PathPoints) -> _Search:
+    """Steps to near rest at the tangent at a path, and again at the path found there."""
+    for again in range(TANGENTS):
+        point = replace(point, q=steps.fit_acceleration(model, point))
+        tangent = model.reports.linearise(theta, path)
+        weights = point.weights[point.tangent.order][tangent.rows]
+        point = replace(point, tangent=tangent, weights=weights)
+        search = _rest(model, point, theta, NEARLY)
+        if again + 1 < TANGENTS:
+            point, theta = search.point, search.solution.theta
+            path = point.tangent.path(search.smoothed.mean)
+            del search  # room for the next
+    return search
+
+
+def _rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> _Search:
+    """Steps until the biases stay where they are."""
+    for _ in range(MOST_STEPS - 1):
+        search = _step(model, point)
+        away = np.abs(search.solution.theta - theta)
+        if np.all(away < least * np.sqrt(np.diag(search.solution.covariance))):
+            return search._replace(settled=True)
+        point, theta = search.point, search.solution.theta
+        del search  # room for the next
+    return _step(model, point)
+
+
+def _report(model: TrackModel, search: _Search) -> TrackFit:
+    """Everything at the point, in the order of the recording."""
+    point = search.point
+    solution = steps.solve(model, point)
+    smoothed = steps.smooth(model, point, solution.theta, covariance=True)
+    judged = steps.judge(model, point, smoothed)
+    order = point.tangent.order
+    assert smoothed.covariance is not None
+    return TrackFit(
+        model=model,
+        point=point,
+        theta=solution.theta,
+        covariance=solution.covariance,
+        information=solution.information,
+        weights=point.weights[order],
+        wrong=judged.wrong[order],
+        log_density=judged.log_density[order],
+        probability=judged.probability[order],
+        mean=smoothed.mean[order],
+        state_covariance=smoothed.covariance[order],
+        settled=search.settled,
+    )

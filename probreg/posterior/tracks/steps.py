@@ -1,0 +1,209 @@
+"""Single steps towards the mode: solve for the biases, smooth, judge reports, refit the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from probreg.motion.tracks import (
+    BiasInformation,
+    SmoothedTracks,
+    TrackMotion,
+    eliminate_paths,
+    smooth_tracks,
+    spans,
+)
+from probreg.noise import MixtureCounts, ScaleMixture
+from probreg.posterior.tracks.cavity import Judgement, judge_reports, room_for
+from probreg.posterior.tracks.model import WIDEST_M, TrackModel
+from probreg.problems.recording.track_reports import TrackLinearisation
+from probreg.typing import BoolArray, FloatArray, IntArray
+
+MANY_REPORTS = 20_000  # enough for what a few parameters need
+WRONG_ROWS = 10.0  # reports that the prior share of wrong identities counts for
+CONSTANT_TARGETS = 2.0  # targets that the prior spread of their constants counts for
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Where the search stands; arrays of reports are in the order of the tangent.
+
+    Attributes
+    ----------
+    tangent : TrackLinearisation
+    weights : ndarray, shape (n,)
+    q : float
+    laws : tuple of ScaleMixture
+    wrong : ndarray, shape (sensors,)
+    constant_sd : ndarray, shape (c,)
+    """
+
+    tangent: TrackLinearisation
+    weights: FloatArray
+    q: float
+    laws: tuple[ScaleMixture, ...]
+    wrong: FloatArray
+    constant_sd: FloatArray
+
+
+class Solution(NamedTuple):
+    """Biases given the weights.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+    information : BiasInformation
+    log_marginal : float
+        Log density of the reports given weights and accelerations, paths and biases
+        integrated out.
+    """
+
+    theta: FloatArray
+    covariance: FloatArray
+    information: BiasInformation
+    log_marginal: float
+
+
+def solve(model: TrackModel, point: Point, among: IntArray | None = None) -> Solution:
+    """Biases at which the posterior given the weights is highest; exact but for the tangent.
+
+    `among` are the targets whose reports count, by default all.
+    """
+    equations, weights = point.tangent.equations, point.weights
+    motion = model.motion(equations, point.q, point.constant_sd)
+    if among is not None:
+        weights = weights[spans(equations.target_start, among)]
+        equations = equations.of_targets(among)
+        motion = TrackMotion(*(array[among] for array in motion))
+    found = eliminate_paths(equations, motion, model.reports.num_biases, weights)
+    J, eta = found.precision, found.shift
+    together = model.all_clocks
+    if together is not None:
+        # a common shift of all clocks is unobservable, whatever the tangent claims
+        free = np.eye(len(eta)) - np.outer(together, together)
+        J, eta = free @ J @ free, free @ eta
+    prior = np.linalg.inv(model.prior.covariance)
+    away = model.prior.mean - point.tangent.theta
+    total, pull = J + prior, eta + prior @ away
+    covariance = np.linalg.inv(total)
+    delta = covariance @ pull
+    log_marginal = found.log_likelihood + 0.5 * (
+        pull @ delta
+        - away @ prior @ away
+        + np.linalg.slogdet(prior)[1]
+        - np.linalg.slogdet(total)[1]
+    )
+    return Solution(point.tangent.theta + delta, covariance, found, float(log_marginal))
+
+
+def smooth(
+    model: TrackModel, point: Point, theta: FloatArray, covariance: bool = False
+) -> SmoothedTracks:
+    """Paths given weights and biases."""
+    equations = point.tangent.equations
+    motion = model.motion(equations, point.q, point.constant_sd)
+    delta = theta - point.tangent.theta
+    return smooth_tracks(
+        equations, motion, point.weights, delta, covariance=covariance, spread=True
+    )
+
+
+def judge(
+    model: TrackModel, point: Point, smoothed: SmoothedTracks, widened: float = 1.0
+) -> Judgement:
+    """What each report is, given all others."""
+    equations = point.tangent.equations
+    mixtures = model.mixtures(point.tangent, point.laws, point.wrong, widened)
+    out = room_for(len(equations.time), mixtures.variance.shape[1])
+    precision = equations.precision(point.weights)
+    assert smoothed.spread is not None
+    judge_reports(equations, smoothed.residual, smoothed.spread, precision, mixtures, WIDEST_M, out)
+    return out
+
+
+def counts_of(
+    model: TrackModel, point: Point, judged: Judgement, s: int, among: BoolArray
+) -> tuple[MixtureCounts, float, int]:
+    """Of sensor s: counts of its law's Gaussians, of wrong identities, and of its reports.
+
+    `among` (n,) says which reports count.
+    """
+    own = np.flatnonzero((model.reports.sensor[point.tangent.rows] == s) & among)
+    size = np.diff(point.tangent.equations.report_start)[own]
+    J = len(point.laws[s].mixture(len(model.reports.models[s].sigmas)).share)
+    p = judged.probability[own, :J]
+    square = np.einsum("nj,nj->j", p, judged.square[own, :J])
+    counts = MixtureCounts(p.sum(axis=0), size @ p, square)
+    return counts, float(judged.wrong[own].sum()), len(own)
+
+
+def refit(model: TrackModel, point: Point, judged: Judgement) -> Point:
+    """The parameters of the laws and the shares of wrong identities by expected counts.
+
+    Reports that no other places stay out of them: they fit any scale.
+    """
+    laws, wrong = list(point.laws), point.wrong.copy()
+    assert model.unknown is not None
+    for s, law in enumerate(point.laws):
+        counts, missed, n = counts_of(model, point, judged, s, judged.placed)
+        m = len(model.reports.models[s].sigmas)
+        laws[s] = law.refitted(counts, m, model.unknown[s], model.laws[s])
+        if wrong[s] > 0.0:
+            wrong[s] = (missed + WRONG_ROWS * model.wrong_share) / (n + WRONG_ROWS)
+    return replace(point, laws=tuple(laws), wrong=wrong)
+
+
+def fit_acceleration(model: TrackModel, point: Point) -> float:
+    """Density of the acceleration with the highest posterior given the weights.
+
+    Of at most some 20 000 reports, which settle it to a few per cent.
+    """
+    if model.acceleration_log_sd == 0.0:
+        return model.acceleration
+    middle = float(np.log(model.acceleration))
+    among = some_targets(np.diff(point.tangent.equations.target_start), MANY_REPORTS)
+
+    def loss(log_q: float) -> float:
+        moved = replace(point, q=float(np.exp(log_q)))
+        z = (log_q - middle) / model.acceleration_log_sd
+        return 0.5 * z**2 - solve(model, moved, among).log_marginal
+
+    reach = 4.0 * model.acceleration_log_sd
+    bounds = (middle - reach, middle + reach)
+    found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": 0.01})
+    return float(np.exp(found.x))
+
+
+def some_targets(count: IntArray, most: int) -> IntArray | None:
+    """Evenly chosen targets with about `most` reports in all; None if that is all of them."""
+    total = int(count.sum())
+    if total <= most:
+        return None
+    wanted = np.arange(0.0, len(count), total / most)
+    return np.unique(wanted.astype(np.int64))
+
+
+def constant_square(
+    model: TrackModel, point: Point, smoothed: SmoothedTracks
+) -> tuple[FloatArray, int]:
+    """Expected sum of squares (c,) of the constants over the targets, and how many those are."""
+    start = point.tangent.equations.target_start
+    first = start[:-1][np.diff(start) > 0]
+    own = slice(2 * model.reports.dim, None)
+    square = (smoothed.mean[first, own] ** 2).sum(axis=0)
+    if smoothed.covariance is not None:
+        square = square + np.einsum("naa->a", smoothed.covariance[first][:, own, own])
+    return square, len(first)
+
+
+def refit_constants(model: TrackModel, point: Point, smoothed: SmoothedTracks) -> Point:
+    """Spread of the constants of targets over the targets, with a weak prior."""
+    if model.reports.num_constants == 0:
+        return point
+    square, K = constant_square(model, point, smoothed)
+    prior = CONSTANT_TARGETS * np.asarray(model.constant_sd) ** 2
+    return replace(point, constant_sd=np.sqrt((square + prior) / (K + CONSTANT_TARGETS)))

@@ -1,0 +1,240 @@
+"""Reports of targets as arrays, and the equations they are near given biases and paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.motion.tracks import ScalarEquations, TrackEquations, track_equations
+from probreg.problems.recording.axes import fall
+from probreg.problems.recording.sensor_model import SensorModel
+from probreg.sensors.geometry import wrap_angle
+from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.validation import finite_array
+
+
+class PathPoints(NamedTuple):
+    """Where targets are at a time near that of each report, in the order of the reports.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+    position, velocity : ndarray, shape (n, d)
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class TrackReports:
+    """Reports of targets that move, as arrays.
+
+    Parameters
+    ----------
+    models : tuple of SensorModel
+    sensor : ndarray of int, shape (n,)
+        Which model each report is of.
+    target : ndarray of int, shape (n,)
+        Whom it says it is of, from 0.
+    time : ndarray, shape (n,)
+        Its stamp, seconds.
+    values : ndarray, shape (n, q)
+        Components; NaN those that are missing or that the sensor does not have.
+    num_biases, num_constants : int
+        Of all sensors; of each target.
+    dim : int
+        Dimensions of the position.
+    radius_m : float
+        Of the earth, for the fall of level flight in a rigid frame; infinite on a plane.
+
+    Raises
+    ------
+    InvalidInputError
+        Arrays that do not fit; a report without any component.
+    """
+
+    models: tuple[SensorModel, ...]
+    sensor: IntArray
+    target: IntArray
+    time: FloatArray
+    values: FloatArray
+    num_biases: int
+    dim: int = 2
+    num_constants: int = 0
+    radius_m: float = np.inf
+
+    def __post_init__(self) -> None:
+        n = np.size(self.time)
+        time = finite_array("time", self.time, (n,))
+        values = np.asarray(self.values, dtype=float)
+        whole = {name: np.asarray(getattr(self, name)) for name in ("sensor", "target")}
+        for name, array in whole.items():
+            if array.shape != (n,) or array.dtype.kind not in "iu" or (array < 0).any():
+                raise InvalidInputError(f"{name} must be ({n},) whole numbers from 0.")
+        if n == 0 or whole["sensor"].max() >= len(self.models):
+            raise InvalidInputError(f"no reports, or of a sensor beyond the {len(self.models)}.")
+        widest = max(len(model.sigmas) for model in self.models)
+        if values.shape != (n, widest):
+            raise InvalidInputError(f"values have shape {values.shape}; ({n}, {widest}) is needed.")
+        mute = np.flatnonzero(~np.isfinite(values).any(axis=1))
+        if mute.size:
+            raise InvalidInputError(f"report {mute[0]} ({mute.size} in all) has no component.")
+        columns = [c for model in self.models for c, _ in model.terms]
+        own = [c for model in self.models for c, _ in model.own]
+        if any(c >= self.num_biases for c in columns) or any(c >= self.num_constants for c in own):
+            raise InvalidInputError("a term has a place beyond the biases or constants.")
+        for name, value in {**whole, "time": time, "values": values}.items():
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def num_targets(self) -> int:
+        """Targets, named or skipped."""
+        return int(self.target.max()) + 1
+
+    def shifted_time(self, theta: FloatArray) -> FloatArray:
+        """Times (n,) by clocks corrected by theta."""
+        late = np.zeros(len(self.models))
+        for k, model in enumerate(self.models):
+            late[k] = sum(term.stamp * theta[c] for c, term in model.terms)
+        return self.time - late[self.sensor]
+
+    def linearise(self, theta: FloatArray, path: PathPoints) -> TrackLinearisation:
+        """Equations tangent at biases theta (p,) and a path.
+
+        Columns and directions are those at the path, never at the noisy report itself: the same
+        noise in both would bias the estimate.
+        """
+        theta = finite_array("theta", theta, (self.num_biases,))
+        time = self.shifted_time(theta)
+        rows = np.lexsort([np.arange(len(time)), time, self.target])
+        order = np.empty_like(rows)
+        order[rows] = np.arange(len(rows))
+        position = path.position + (time - path.time)[:, None] * path.velocity
+        counts = self._given.sum(axis=1)
+        start = np.concatenate([[0], np.cumsum(counts[rows])])
+        scalar = self._scalar(int(start[-1]))
+        # where the equation of each component stands
+        place = start[order][:, None] + np.cumsum(self._given, axis=1) - 1
+        for k, model in enumerate(self.models):
+            own = np.flatnonzero(self.sensor == k)
+            m = len(model.sigmas)
+            if own.size:
+                given = self._given[own, :m]
+                where = _Where(given, place[own, :m][given])
+                at = (position[own], path.velocity[own], self.values[own, :m])
+                _write(scalar, where, model, theta, at)
+        targets = np.bincount(self.target, minlength=self.num_targets)
+        equations = track_equations(
+            np.concatenate([[0], np.cumsum(targets)]),
+            start,
+            time[rows],
+            scalar,
+            self._push(rows, position, path.velocity),
+        )
+        return TrackLinearisation(equations, rows, order, theta)
+
+    @cached_property
+    def _given(self) -> BoolArray:
+        """Which components are there, (n, q)."""
+        given = np.isfinite(self.values)
+        for k, model in enumerate(self.models):
+            given[np.flatnonzero(self.sensor == k), len(model.sigmas) :] = False
+        return given
+
+    def _scalar(self, E: int) -> ScalarEquations:
+        """Room for E equations."""
+        width = max((len(model.terms) for model in self.models), default=0)
+        return ScalarEquations(
+            np.empty(E),
+            np.empty((E, self.dim)),
+            np.empty(E),
+            np.zeros((E, self.num_constants)),
+            np.zeros((E, width), dtype=np.int64),
+            np.zeros((E, width)),
+        )
+
+    def _push(
+        self, rows: IntArray, position: FloatArray, velocity: FloatArray
+    ) -> FloatArray | None:
+        if not np.isfinite(self.radius_m):
+            return None
+        here = fall(position[rows], velocity[rows], self.radius_m)
+        push = here.copy()
+        push[1:] = 0.5 * (here[1:] + here[:-1])
+        first = np.flatnonzero(np.diff(self.target[rows], prepend=-1))
+        push[first] = here[first]
+        return push
+
+
+@dataclass(frozen=True, eq=False)
+class TrackLinearisation:
+    """Equations of reports near biases and paths.
+
+    Attributes
+    ----------
+    equations : TrackEquations
+        In order of target and corrected time; biases are counted from `theta`.
+    rows : ndarray of int, shape (n,)
+        Which report stands in each place.
+    order : ndarray of int, shape (n,)
+        In which place each report stands.
+    theta : ndarray, shape (p,)
+    """
+
+    equations: TrackEquations
+    rows: IntArray
+    order: IntArray
+    theta: FloatArray
+
+    def path(self, states: FloatArray) -> PathPoints:
+        """Smoothed states (n, size) as a path in the order of the reports."""
+        d = self.equations.dim
+        own = states[self.order]
+        return PathPoints(self.equations.time[self.order], own[:, :d], own[:, d : 2 * d])
+
+
+class _Where(NamedTuple):
+    """Which components of a sensor's reports are given, (n, q), and where their equations stand."""
+
+    given: BoolArray
+    rows: IntArray
+
+
+def _write(
+    scalar: ScalarEquations,
+    where: _Where,
+    model: SensorModel,
+    theta: FloatArray,
+    at: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Fill in the equations of the reports of one sensor."""
+    position, velocity, values = at
+    given, rows = where
+    seen = model.axes.observe(position)
+    moved = np.einsum("nqd,nd->nq", seen.gradient, velocity)
+    off = values - seen.value
+    assert scalar.column is not None
+    assert scalar.response is not None
+    assert scalar.constants is not None
+    for j, (c, term) in enumerate(model.terms):
+        own = term.column(seen.value)
+        off = off - theta[c] * own
+        scalar.column[rows, j] = c
+        scalar.response[rows, j] = (seen.factor * own - term.stamp * moved)[given]
+    for c, term in model.own:
+        own = seen.factor * term.column(seen.value) - term.stamp * moved
+        scalar.constants[rows, c] += own[given]
+    off[:, model.axes.angles] = wrap_angle(off[:, model.axes.angles])
+    at_path = np.einsum("nqd,nd->nq", seen.gradient, position)
+    scalar.y[rows] = (seen.factor * off + at_path)[given]
+    scalar.h[rows] = seen.gradient[given]
+    scalar.variance[rows] = ((seen.factor * model.sigmas) ** 2)[given]

@@ -1,0 +1,56 @@
+"""Whether the normal posterior at the mode agrees with short chains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.posterior.tracks import TrackFit, fit_tracks
+from probreg.posterior.tracks.steps import MANY_REPORTS, some_targets
+from probreg.samplers.tracks._draws import TrackDraws
+from probreg.samplers.tracks.gibbs_tracks import GibbsTracks
+from probreg.typing import FloatArray
+
+SWEEPS = 50
+ALLOWED = 0.05  # of the standard deviation, of a scale or a shift
+
+
+@dataclass(frozen=True, eq=False)
+class ModeCheck:
+    """The mode beside chains, on some 20 000 reports at most.
+
+    Attributes
+    ----------
+    fit : TrackFit
+        The mode of the reports that were sampled.
+    draws : TrackDraws
+    """
+
+    fit: TrackFit
+    draws: TrackDraws
+
+    @property
+    def sd_ratio(self) -> FloatArray:
+        """Standard deviations at the mode over those of the chains, (p,)."""
+        return np.asarray(self.fit.sd / self.draws.sd)
+
+    @property
+    def shift(self) -> FloatArray:
+        """Mode less mean of the chains, in the chains' standard deviations, (p,)."""
+        return np.asarray((self.fit.theta - self.draws.mean) / self.draws.sd)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether no scale and no mean is off by more than 5 % of the standard deviation."""
+        off = np.concatenate([np.abs(self.sd_ratio - 1.0), np.abs(self.shift)])
+        return bool(off.max(initial=0.0) <= ALLOWED)
+
+
+def check_mode(fit: TrackFit, rng: np.random.Generator, sweeps: int = SWEEPS) -> ModeCheck:
+    """Run a short chain from the mode, of whole targets with at most some 20 000 reports."""
+    reports = fit.model.reports
+    count = np.bincount(reports.target, minlength=reports.num_targets)
+    among = some_targets(count, MANY_REPORTS)
+    part = fit if among is None else fit_tracks(fit.model.of_targets(among))
+    return ModeCheck(part, GibbsTracks().sample(part, sweeps, 1, rng))
