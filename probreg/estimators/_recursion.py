@@ -89,6 +89,7 @@ def recurse(
     """Run through whitened rows, changing the state and filling what is written."""
     v, A = rows.v, rows.A
     theta, S, weights = state.theta, state.S, written.weights
+    params = law.params
     n, _, p = A.shape
     inverse_unit2 = 1.0 / (law.unit * law.unit)
     f = np.empty(p, dtype=v.dtype)
@@ -103,16 +104,15 @@ def recurse(
             for k in range(p):
                 e -= A[i, c, k] * theta[k]
             if componentwise:
-                w = weight(e * e * inverse_unit2, 1.0, law.params) * inverse_unit2
-                weights[i, c] = w
+                weights[i, c] = weight(e * e * inverse_unit2, 1.0, params) * inverse_unit2
             d2 += e * e
         if not componentwise:
-            w = weight(d2 * inverse_unit2, float(size), law.params) * inverse_unit2
+            w = weight(d2 * inverse_unit2, float(size), params) * inverse_unit2
             for c in range(size):
                 weights[i, c] = w
         for c in range(size):
             if weights[i, c] > 0.0:
-                _scalar_update(v[i, c], A[i, c], 1.0 / weights[i, c], state, f, g)
+                _scalar_update(v[i, c], A[i, c], 1.0 / weights[i, c], theta, S, f, g)
         written.path[i] = theta
         if written.covariances.shape[0] > 0:
             written.covariances[i] = S @ S.T
@@ -131,9 +131,14 @@ def _move(F: FloatArray, root: FloatArray, grow: float, theta: FloatArray, S: Fl
 
 @numba.njit(cache=True)
 def _scalar_update(
-    z: float, a: FloatArray, variance: float, state: State, f: FloatArray, g: FloatArray
+    z: float,
+    a: FloatArray,
+    variance: float,
+    theta: FloatArray,
+    S: FloatArray,
+    f: FloatArray,
+    g: FloatArray,
 ) -> None:
-    theta, S = state
     p = theta.size
     e = z
     total = variance

@@ -87,7 +87,8 @@ def run_scan(
     return accepted
 
 
-@numba.njit(cache=True)
+# a call of its own costs a fifth of a step, for the generator goes with it
+@numba.njit(cache=True, inline="always")
 def _propose(rng: Any, walk: Walk, x: FloatArray, z: FloatArray, proposed: FloatArray) -> bool:
     """Write a proposal; whether it lies in the box. `z` (d,) is room to work in."""
     d, box = x.size, walk.box
