@@ -16,6 +16,7 @@ from probreg.prior import GaussianPrior
 from probreg.problems.recording.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
+from probreg.scenarios import _flights
 from tests.posterior.traffic_tracks import draw, model_of, not_as_said, oracle_sd
 from tests.problems.test_track_reports import Constant
 
@@ -83,6 +84,27 @@ def test_many_reports_are_fitted_from_some(mixed, monkeypatch):
     again = fit_tracks(model)
     assert np.abs((again.theta - fit.theta) / fit.sd).max() < 0.1
     np.testing.assert_allclose(again.sd, fit.sd, rtol=0.02)
+
+
+def test_turns_that_the_setup_does_not_expect_are_followed(monkeypatch):
+    """Four times the acceleration, and targets that are nothing but wrong names."""
+    monkeypatch.setattr(_flights, "TURN_M_S2", 4.0)
+    recording, setup, truth = draw(101, wrong_share=0.2, outlier_share=0.05)
+    model, _ = model_of(recording, setup, wrong_share=0.05)
+    fit = fit_tracks(model)
+    assert fit.settled
+    assert 15.0 < fit.point.q < 35.0
+    assert np.abs(errors(fit, truth)).max() < LIMIT
+    good = (recording.target == truth.target) & ~truth.outlier
+    assert (not_as_said(recording, fit)[good] > 0.5).mean() < 0.002
+
+
+@pytest.mark.parametrize("factor", [1.0 / 9.0, 9.0])
+def test_an_acceleration_that_the_setup_has_wrong_costs_nothing(mixed, factor):
+    _, truth, model, fit = mixed
+    other = fit_tracks(replace(model, acceleration=factor))
+    np.testing.assert_allclose(other.point.q, fit.point.q, rtol=0.05)
+    assert (other.sd / oracle_sd(model, truth, fit.point.q)).max() < 1.02
 
 
 def test_student_noise_is_recognised():
