@@ -16,6 +16,7 @@ from probreg.prior import GaussianPrior
 from probreg.problems.recording.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
+from probreg.scenarios import _flights
 from tests.posterior.traffic_tracks import draw, model_of, not_as_said, oracle_sd
 from tests.problems.test_track_reports import Constant
 
@@ -83,6 +84,64 @@ def test_many_reports_are_fitted_from_some(mixed, monkeypatch):
     again = fit_tracks(model)
     assert np.abs((again.theta - fit.theta) / fit.sd).max() < 0.1
     np.testing.assert_allclose(again.sd, fit.sd, rtol=0.02)
+
+
+def test_turns_that_the_setup_does_not_expect_are_followed(monkeypatch):
+    """Four times the acceleration, and targets that are nothing but wrong names."""
+    monkeypatch.setattr(_flights, "TURN_M_S2", 4.0)
+    recording, setup, truth = draw(101, wrong_share=0.2, outlier_share=0.05)
+    model, _ = model_of(recording, setup, wrong_share=0.05)
+    fit = fit_tracks(model)
+    assert fit.settled
+    assert 15.0 < fit.point.q < 35.0
+    assert np.abs(errors(fit, truth)).max() < LIMIT
+    good = (recording.target == truth.target) & ~truth.outlier
+    assert (not_as_said(recording, fit)[good] > 0.5).mean() < 0.002
+
+
+@pytest.mark.parametrize("factor", [1.0 / 9.0, 9.0])
+def test_an_acceleration_that_the_setup_has_wrong_costs_nothing(mixed, factor):
+    _, truth, model, fit = mixed
+    other = fit_tracks(replace(model, acceleration=factor))
+    np.testing.assert_allclose(other.point.q, fit.point.q, rtol=0.05)
+    assert (other.sd / oracle_sd(model, truth, fit.point.q)).max() < 1.02
+
+
+def formation(seed, gap):
+    """Every aircraft with a companion at `gap` metres; names exchanged in 40 % of the looks."""
+    rng = np.random.default_rng(seed)
+    recording, setup, truth = draw(2000 + seed, reports=2500)
+    beside = recording.values.copy()
+    for k, sensor in enumerate(recording.sensors):
+        own = np.flatnonzero(recording.sensor == k)
+        bias = [truth.bias[f"{sensor.name}.{term}"] for term in ("range", "azimuth")]
+        where = truth.positions[own, :2] + gap * np.array([np.cos(1.0), np.sin(1.0)])
+        beside[own] = sensor.to_report(where) + bias + sensor.sample_noise(rng, len(own))
+    K = int(recording.target.max()) + 1
+    exchanged = rng.random(len(recording)) < 0.4
+    leader, other = recording.target, recording.target + K
+    names = np.concatenate([np.where(exchanged, other, leader), np.where(exchanged, leader, other)])
+    model, _ = model_of(recording, setup, wrong_share=0.05)
+    both = {name: np.tile(getattr(model.reports, name), 2) for name in ("sensor", "time")}
+    values = np.vstack([recording.values, beside])
+    reports = replace(model.reports, **both, target=names, values=values)
+    return replace(model, reports=reports, guess=None), truth, leader
+
+
+@pytest.mark.parametrize("gap", [300.0, 1500.0])
+def test_exchanged_names_in_close_formations_do_not_pull(gap):
+    z = []
+    for seed in range(3):
+        model, truth, leader = formation(seed, gap)
+        fit = fit_tracks(model)
+        z.append(errors(fit, truth))
+        if gap > 1000.0:
+            # pairs come apart: each target keeps the reports of one of the two, mostly
+            K = model.reports.num_targets // 2
+            first = fit.target[: len(leader)] >= K
+            mixed = np.bincount(leader, first, K) / np.maximum(np.bincount(leader, minlength=K), 1)
+            assert np.minimum(mixed, 1.0 - mixed)[np.bincount(leader) > 20].mean() < 0.3
+    assert np.abs(z).max() < LIMIT
 
 
 def test_student_noise_is_recognised():

@@ -15,7 +15,7 @@ from probreg.posterior.tracks.steps import Point
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.typing import FloatArray, IntArray
 
-BELIEVED = 0.5  # probability of a wrong identity below which a report counts for its target
+REFUSED = 0.1  # expected precision below which a report says next to nothing of its target
 NEIGHBOUR_S = 12.0  # believed reports of the target on both sides, at most so far away
 NEAR_M = 20_000.0  # of where the report itself places its target; biases not yet taken off
 FITS, DIFFERS = 16.0, 64.0  # chi-square of the one, and least of every other
@@ -33,7 +33,7 @@ def offer_refused(
 ) -> Offer | None:
     """New identities of refused reports that fit one other target; None if there are none."""
     tangent, reports = point.tangent, model.reports
-    refused = np.flatnonzero(judged.wrong > BELIEVED)
+    refused = np.flatnonzero(judged.weight < REFUSED)
     row, whom = _candidates(model, point, path, judged, refused)
     if not row.size:
         return None
@@ -63,7 +63,7 @@ def _candidates(
     """Pairs of a refused report and a target that passes near where the report places it."""
     tangent = point.tangent
     assert model.guess is not None
-    believed = np.flatnonzero(judged.wrong < BELIEVED)
+    believed = np.flatnonzero(judged.weight >= REFUSED)
     believed = believed[np.argsort(tangent.equations.time[believed], kind="stable")]
     time, position = tangent.equations.time, path.position[tangent.rows]
     target = tangent.equations.target

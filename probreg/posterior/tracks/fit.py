@@ -24,6 +24,7 @@ NEARLY = 0.3  # and of one after which tangent or identities change
 MOST_STEPS = 30
 TANGENTS = 2  # at smoothed paths; the first is at the reports themselves
 OFFERS = 2
+LONE_WEIGHT = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +168,10 @@ def _step(model: TrackModel, point: Point, widened: float = 1.0) -> _Search:
     if widened == 1.0:
         point = steps.refit(model, point, judged)
         point = steps.refit_constants(model, point, smoothed)
-    return _Search(replace(point, weights=judged.weight), solution, smoothed, judged)
+    # reports that no other places must not agree on a path of their own, nor be lost for ever
+    lone = np.minimum(judged.weight, LONE_WEIGHT)
+    weights = np.where(judged.placed, judged.weight, lone)
+    return _Search(replace(point, weights=weights), solution, smoothed, judged)
 
 
 def _settled(model: TrackModel, point: Point, theta: FloatArray, path: PathPoints) -> _Search:

@@ -121,7 +121,8 @@ def judge(
     out = room_for(len(equations.time), mixtures.variance.shape[1])
     precision = equations.precision(point.weights)
     assert smoothed.spread is not None
-    judge_reports(equations, smoothed.residual, smoothed.spread, precision, mixtures, WIDEST_M, out)
+    widest = WIDEST_M * widened
+    judge_reports(equations, smoothed.residual, smoothed.spread, precision, mixtures, widest, out)
     return out
 
 

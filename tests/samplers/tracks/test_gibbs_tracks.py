@@ -173,3 +173,15 @@ def test_runs_of_no_draws_or_no_generator_are_refused(traffic):
         GibbsTracks().sample(traffic[3], 0, 1, np.random.default_rng(0))
     with pytest.raises(InvalidInputError, match="rng"):
         GibbsTracks().sample(traffic[3], 1, 1, 0)
+
+
+def test_the_error_of_a_shift_is_the_spread_of_shifts():
+    rng = np.random.default_rng(9)
+    model, _ = draw_all(rng)
+    fit = fit_tracks(model, offers=0)
+    checks = [check_mode(fit, rng, 60) for _ in range(40)]
+    spread = np.std([c.shift for c in checks], axis=0)
+    claimed = np.sqrt(np.mean([c.shift_error**2 for c in checks], axis=0))
+    # forty chains know a spread to a ninth; sweeps remember a little more than the last
+    assert (spread / claimed).max() < 1.7
+    assert (spread / claimed).min() > 0.6
