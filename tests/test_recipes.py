@@ -67,7 +67,8 @@ def test_without_its_file_nothing_is_found(copy, tmp_path):
         own = [p for p in ROOT.joinpath("probreg").rglob("*.py") if word in p.read_text()]
         assert not own
     found = run(ROOT, ["-m", "experiments", "run", "median_error", "--results", str(tmp_path)])
-    assert found.returncode != 0
+    assert found.returncode == 1
+    assert "no study 'median_error'" in found.stderr
 
 
 def test_every_recipe_is_in_the_docs():
