@@ -6,7 +6,7 @@
 from probreg.recordings._bias_model import BiasModel, bias_model
 from probreg.recordings._changed import write_changed
 from probreg.recordings._correction import correct, corrected_values, restore
-from probreg.recordings._observing import places, turns
+from probreg.recordings._observing import observing_axes, places, turns
 from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
@@ -22,6 +22,7 @@ __all__ = [
     "bias_model",
     "correct",
     "corrected_values",
+    "observing_axes",
     "places",
     "read",
     "read_biases",

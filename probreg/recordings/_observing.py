@@ -8,6 +8,7 @@ from probreg.errors import InvalidInputError
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
 from probreg.sensors import from_axis, turned
+from probreg.sensors.axes import Axes
 from probreg.typing import FloatArray, IntArray
 
 
@@ -47,3 +48,8 @@ def turns(recording: Recording, setup: Setup, rows: IntArray) -> FloatArray:
             )
         turn[own] = from_axis(sensor, heading)
     return turn
+
+
+def observing_axes(setup: Setup) -> tuple[Axes, ...]:
+    """How each sensor of a setup reports targets in the common frame."""
+    return tuple(sensor.axes() for sensor in setup.sensors)

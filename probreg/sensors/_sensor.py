@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from probreg.sensors._kind import Kind
+from probreg.sensors.axes import Axes
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, positive_number
 
@@ -91,6 +92,9 @@ class Sensor(Protocol):
 
     def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
         """Convert positions (n, d) to noise-free reports (n, q)."""
+
+    def axes(self) -> Axes:
+        """Its reports in their own axes, of targets in a frame of `dim` coordinates."""
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

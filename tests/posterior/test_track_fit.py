@@ -13,10 +13,10 @@ from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated, Gaussian, Huber, StudentT
 from probreg.posterior.tracks import TrackModel, fit_tracks, steps
 from probreg.prior import GaussianPrior
-from probreg.problems.recording.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
 from probreg.scenarios import _flights
+from probreg.sensors.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from tests.posterior.traffic_tracks import draw, model_of, not_as_said, oracle_sd
 from tests.problems.test_track_reports import Constant
 

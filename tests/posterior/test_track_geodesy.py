@@ -10,9 +10,9 @@ from scipy import stats
 from probreg.noise import Contaminated
 from probreg.posterior.tracks import TrackModel, fit_tracks
 from probreg.prior import GaussianPrior
-from probreg.problems.recording.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
+from probreg.sensors.axes import EARTH_RADIUS_M, HeightAxes, PolarAxes
 from tests.problems.test_track_reports import Constant, level, to_earth
 
 ORIGIN = (47.0, 8.0, 400.0)

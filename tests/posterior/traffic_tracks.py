@@ -9,10 +9,10 @@ import numpy as np
 from probreg.noise import Contaminated
 from probreg.posterior.tracks import Point, TrackModel, solve
 from probreg.prior import GaussianPrior
-from probreg.problems.recording.axes import PolarAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.scenarios.traffic import TrafficScene, simulate
+from probreg.sensors.axes import PolarAxes
 from probreg.sensors.terms import known_terms
 
 AREA_M2 = (300e3) ** 2

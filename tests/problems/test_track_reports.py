@@ -11,11 +11,11 @@ import pytest
 from probreg import ReportProblem
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import eliminate_paths, smooth_tracks, track_motion
-from probreg.problems.recording.axes import HeightAxes, PolarAxes, PositionAxes, fall
 from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.sensors import terms
+from probreg.sensors.axes import HeightAxes, PolarAxes, PositionAxes, fall
 from tests.conftest import PAIR_BIAS, polar_reports, radar_pair
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from probreg.errors import InvalidInputError
-from probreg.problems.recording.axes import Axes
+from probreg.sensors.axes import Axes
 from probreg.typing import FloatArray
 from probreg.validation import finite_array
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import ScalarEquations, TrackEquations, track_equations
-from probreg.problems.recording.axes import fall
 from probreg.problems.recording.sensor_model import SensorModel
+from probreg.sensors.axes import fall
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array

@@ -11,6 +11,7 @@ from probreg.numerics.linalg import weighted_gram
 from probreg.sensors import geometry
 from probreg.sensors._kind import Kind
 from probreg.sensors._sensor import Equations, observe_position, relative
+from probreg.sensors.axes import PolarAxes
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, refuse_degrees
 
@@ -83,6 +84,10 @@ class PolarSensor:
         """Convert positions (n, d) to noise-free reports (n, q)."""
         local = self._local(relative(positions, own))
         return self._internal(geometry.cartesian_to_polar(local))
+
+    def axes(self) -> PolarAxes:
+        """Its own axes, from its position in a frame of `dim` coordinates."""
+        return PolarAxes(np.asarray(self.position), self.bias_names, None, self.from_north)
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

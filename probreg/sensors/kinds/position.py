@@ -11,6 +11,7 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.sensors._kind import Kind
 from probreg.sensors._sensor import Equations, observe_position, relative
+from probreg.sensors.axes import PositionAxes
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_definite
 
@@ -116,6 +117,10 @@ class PositionSensor:
     def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
         """Return the positions, as seen from the platform."""
         return relative(np.asarray(positions, dtype=float), own)
+
+    def axes(self) -> PositionAxes:
+        """The coordinates of the common frame."""
+        return PositionAxes(self.dim)
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

@@ -13,9 +13,9 @@ from probreg.noise.contaminated import RATE_ROWS
 from probreg.posterior.tracks import Point, TrackModel
 from probreg.posterior.tracks.steps import CONSTANT_TARGETS, WRONG_ROWS
 from probreg.prior import GaussianPrior
-from probreg.problems.recording.axes import PositionAxes
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
+from probreg.sensors.axes import PositionAxes
 from tests.problems.test_track_reports import Constant
 
 AREA_M2 = (400e3) ** 2
