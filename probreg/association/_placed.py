@@ -85,7 +85,7 @@ def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Place
         recording.sensors,
         recording.sensor,
         time,
-        places(recording, values, turn),
+        places(recording, setup, values),
         np.full(n, setup.gate_m),
         np.full((n, most), np.nan),
         np.zeros((n, most, 0 if theta is not None else terms)),

@@ -56,6 +56,13 @@ def _changed(
 def _ordered(recording: Recording, values: FloatArray, time: FloatArray) -> Recording:
     order = np.argsort(time, kind="stable")
     fields = ("sensor", "target", "own_position", "heading")
+    beside = recording.beside
+    if beside is not None:
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        beside = number[beside[order]]
     known = {name: getattr(recording, name) for name in fields}
     moved = {name: array[order] for name, array in known.items() if array is not None}
-    return dataclasses.replace(recording, values=values[order], time=time[order], **moved)
+    return dataclasses.replace(
+        recording, values=values[order], time=time[order], beside=beside, **moved
+    )

@@ -12,12 +12,10 @@ from probreg.sensors.axes import Axes
 from probreg.typing import FloatArray, IntArray
 
 
-def places(recording: Recording, values: FloatArray, turn: FloatArray) -> FloatArray:
-    """Where values (n, q), corrected or not, put the targets (n, d); NaN for bearings.
-
-    `turn` is that of `turns` for every report.
-    """
-    where = np.full((len(recording), recording.sensors[0].dim), np.nan)
+def places(recording: Recording, setup: Setup, values: FloatArray) -> FloatArray:
+    """Where values (n, q), corrected or not, put the targets (n, d); NaN for bearings."""
+    where = np.full((len(recording), setup.dim), np.nan)
+    turn = turns(recording, setup, np.arange(len(recording)))
     for k, sensor in enumerate(recording.sensors):
         rows = np.flatnonzero(recording.sensor == k)
         reports = turned(sensor, values[rows, : len(sensor.bias_names)], turn[rows])

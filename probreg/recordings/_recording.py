@@ -37,6 +37,9 @@ class Recording:
         sensor's own position; zero for sensors that do not move.
     heading : ndarray, shape (n,), optional
         Of the platform, radians from the x axis counter-clockwise; NaN where not recorded.
+    beside : ndarray of int, shape (n,), optional
+        Number of the report that each came with, such as the plot that carried a height; its
+        own for reports that stand alone. Reports that came together are of one target.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class Recording:
     labels: tuple[str, ...] = ()
     own_position: FloatArray | None = None
     heading: FloatArray | None = None
+    beside: IntArray | None = None
 
     def __post_init__(self) -> None:
         time = finite_array("time", self.time, (None,))
@@ -83,6 +87,8 @@ class Recording:
             if heading.shape != (n,):
                 raise InvalidInputError(f"heading has shape {heading.shape}, not ({n},).")
             fields["heading"] = heading
+        if self.beside is not None:
+            fields["beside"] = _together(np.asarray(self.beside), n)
         for name, array in fields.items():
             object.__setattr__(self, name, array)
 
@@ -103,6 +109,8 @@ class Recording:
             raise InvalidInputError(f"no sensor {sorted(strange)}; there are {known}.")
         chosen = [k for k, name in enumerate(known) if name in names]
         rows = np.isin(self.sensor, chosen)
+        if self.beside is not None:
+            rows &= rows[self.beside]
         return Recording(
             tuple(self.sensors[k] for k in chosen),
             np.searchsorted(chosen, self.sensor[rows]),
@@ -112,4 +120,14 @@ class Recording:
             self.labels,
             None if self.own_position is None else self.own_position[rows],
             None if self.heading is None else self.heading[rows],
+            None if self.beside is None else (np.cumsum(rows) - 1)[self.beside[rows]],
         )
+
+
+def _together(beside: IntArray, n: int) -> IntArray:
+    fits = beside.shape == (n,) and beside.dtype.kind in "iu"
+    if not fits or ((beside < 0) | (beside >= n)).any() or (beside[beside] != beside).any():
+        raise InvalidInputError(
+            f"beside must be ({n},) numbers of reports, each of which stands alone."
+        )
+    return beside

@@ -62,6 +62,11 @@ class Setup:
     heights_m: Mapping[str, float] = field(default_factory=dict)
     asterix: Mapping[tuple[int, int], str] = field(default_factory=dict)
 
+    @property
+    def dim(self) -> int:
+        """Coordinates of the common frame."""
+        return max(sensor.dim for sensor in self.sensors)
+
     def __post_init__(self) -> None:
         names = {sensor.name for sensor in self.sensors}
         used = {*self.biases, *self.body_frame, *self.heights_m, *self.asterix.values()}

@@ -42,7 +42,7 @@ def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> R
     values, time = corrected_values(recording, setup, theta)
     turn = turns(recording, setup, np.arange(len(recording)))
     shape = (len(recording), recording.sensors[0].dim)
-    where = places(recording, values, turn)
+    where = places(recording, setup, values)
     own = np.zeros(shape) if recording.own_position is None else recording.own_position
     residual = np.full(values.shape, np.nan)
     for k, sensor in enumerate(recording.sensors):
