@@ -111,13 +111,7 @@ class TrackModel:
         number = np.full(self.reports.num_targets, -1)
         number[targets] = np.arange(len(targets))
         own = np.flatnonzero(number[self.reports.target] >= 0)
-        reports = replace(
-            self.reports,
-            sensor=self.reports.sensor[own],
-            target=number[self.reports.target[own]],
-            time=self.reports.time[own],
-            values=self.reports.values[own],
-        )
+        reports = self.reports.take(own, number[self.reports.target[own]])
         assert self.guess is not None
         guess = PathPoints(*(array[own] for array in self.guess))
         return replace(self, reports=reports, guess=guess)
