@@ -9,6 +9,7 @@ from probreg.association.nearest_neighbours import (
     squared_distances,
     wrong_pairs,
 )
+from probreg.association.segments import segments
 
 __all__ = [
     "OFF_PATH",
@@ -19,6 +20,7 @@ __all__ = [
     "doubt_identities",
     "doubts",
     "nearest_neighbours",
+    "segments",
     "squared_distances",
     "wrong_pairs",
 ]

@@ -61,6 +61,8 @@ class Setup:
     origin: tuple[float, float, float] | None = None
     heights_m: Mapping[str, float] = field(default_factory=dict)
     asterix: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    target_height: tuple[float, float] | None = None
+    target_terms: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def dim(self) -> int:

@@ -109,6 +109,11 @@ class TrackReports:
         """Targets, named or skipped."""
         return int(self.target.max()) + 1
 
+    @property
+    def counts(self) -> IntArray:
+        """Reports of each target, (targets,)."""
+        return np.bincount(self.target, minlength=self.num_targets)
+
     def take(self, rows: IntArray, target: IntArray | None = None) -> TrackReports:
         """Some of the reports, in the order given, of targets given anew."""
         beside = self.beside
@@ -157,16 +162,16 @@ class TrackReports:
         order = np.empty_like(rows)
         order[rows] = np.arange(len(rows))
         position = path.position + (time - path.time)[:, None] * path.velocity
-        counts = self._given.sum(axis=1)
+        counts = self.given.sum(axis=1)
         start = np.concatenate([[0], np.cumsum(counts[rows])])
         scalar = self._scalar(int(start[-1]))
         # where the equation of each component stands
-        place = start[order][:, None] + np.cumsum(self._given, axis=1) - 1
+        place = start[order][:, None] + np.cumsum(self.given, axis=1) - 1
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.sensor == k)
             m = len(model.sigmas)
             if own.size:
-                given = self._given[own, :m]
+                given = self.given[own, :m]
                 where = _Where(given, place[own, :m][given])
                 away = position[own] if self.own is None else position[own] - self.own[own]
                 at = _At(position[own], away, path.velocity[own])
@@ -183,7 +188,7 @@ class TrackReports:
         return TrackLinearisation(equations, rows, order, theta)
 
     @cached_property
-    def _given(self) -> BoolArray:
+    def given(self) -> BoolArray:
         """Which components are there, (n, q)."""
         given = np.isfinite(self.values)
         for k, model in enumerate(self.models):
