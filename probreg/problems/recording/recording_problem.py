@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from probreg.association import segments
+from probreg.association.segments import GAP_S
 from probreg.errors import InvalidInputError
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
@@ -23,7 +24,7 @@ from probreg.recordings import (
 from probreg.sensors import Sensor
 from probreg.sensors.axes import EARTH_RADIUS_M, Axes
 from probreg.sensors.terms import Term, known_terms
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 
 MARGIN_M = 20_000.0  # about the places of reports, within which one of another target may lie
 
@@ -105,6 +106,7 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
     model = bias_model(setup)
     beside = _beside(recording)
     track, owner = segments(recording.target, recording.time, recording.beside)
+    _require_common_track(recording, track, beside)
     rows = np.flatnonzero(track >= 0)
     pairs, which = np.unique(
         np.stack([recording.sensor[rows], recording.sensor[beside[rows]]], axis=1),
@@ -201,14 +203,28 @@ def require_common(recording: Recording) -> None:
             f"reports of {len(seen)} sensor(s) {seen}: a bias shows only where at least two "
             "sensors, or a sensor and a reference, report the same target."
         )
-    known = recording.target >= 0
-    most = np.full(int(recording.target.max(initial=0)) + 1, -1)
-    least = np.full(len(most), len(recording.sensors))
-    np.maximum.at(most, recording.target[known], sensor[known])
-    np.minimum.at(least, recording.target[known], sensor[known])
-    if not (most > least).any():
+    if not _shared(recording.target, sensor).any():
+        known = int((recording.target >= 0).sum())
         raise InvalidInputError(
-            f"no target was seen by two of the sensors {seen}: {known.sum()} of {len(recording)} "
+            f"no target was seen by two of the sensors {seen}: {known} of {len(recording)} "
             "reports carry an identity. Check that identities are common to the sensors, or "
             "remove them and have the reports associated."
+        )
+
+
+def _shared(target: IntArray, sensor: IntArray) -> BoolArray:
+    """Which targets are of two sensors or more."""
+    known = target >= 0
+    most = np.full(int(target.max(initial=-1)) + 1, -1)
+    least = np.full(len(most), np.iinfo(np.int64).max)
+    np.maximum.at(most, target[known], sensor[known])
+    np.minimum.at(least, target[known], sensor[known])
+    return np.asarray(most > least)
+
+
+def _require_common_track(recording: Recording, track: IntArray, beside: IntArray) -> None:
+    if not _shared(track, recording.sensor[beside]).any():
+        raise InvalidInputError(
+            "targets of two sensors were never seen by both within "
+            f"{GAP_S:g} s. Check that the clocks have one zero."
         )
