@@ -105,7 +105,7 @@ def forward(
         memory.P[i - low] = P
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def give_back(
     shape: Shape,
     h: FloatArray,
@@ -140,7 +140,7 @@ def give_back(
             N[row, j if j < d else j + d] += h[b] * h[j] * within
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def carry_back(shape: Shape, r: FloatArray, N: FloatArray, dt: float) -> None:
     """Carry r and N back over dt seconds: F'r and F'N F."""
     d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
@@ -221,7 +221,7 @@ def smooth_reports(
                 carry_back(shape, r, N, equations.time[i] - equations.time[i - 1])
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def judge(
     shape: Shape,
     equations: TrackEquations,
