@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from probreg.motion.tracks import smooth_tracks
+from probreg.motion.tracks import LEAST_WEIGHT, smooth_tracks
 from probreg.posterior.tracks.cavity import ReportMixtures, judge_reports, room_for
 from tests.motion.dense_tracks import dense_posterior, random_tracks
 
@@ -25,8 +25,8 @@ def judged(tracks):
         np.full(n, np.log(WRONG * ELSEWHERE)),
     )
     out = room_for(n, 3)
-    precision = equations.precision(weights)
-    judge_reports(equations, smoothed.residual, smoothed.spread, precision, mixtures, 5e3, out)
+    there = np.where(weights < LEAST_WEIGHT, 0.0, weights)
+    judge_reports(equations, (smoothed.residual, smoothed.spread), there, mixtures, 5e3, out)
     return out
 
 

@@ -18,7 +18,7 @@ _LOG_2PI = float(np.log(2.0 * np.pi))
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def begin(
     shape: Shape, mean: FloatArray, variance: FloatArray, m: FloatArray, P: FloatArray
 ) -> None:
@@ -31,7 +31,7 @@ def begin(
         P[a, a] = variance[a]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def predict(shape: Shape, m: FloatArray, P: FloatArray, dt: float, q: float) -> None:
     """Move mean and covariance on by dt: F = [I, dt I; 0, I], white acceleration of density q."""
     d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
@@ -52,7 +52,7 @@ def predict(shape: Shape, m: FloatArray, P: FloatArray, dt: float, q: float) -> 
         P[d + a, d + a] += q * dt
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def gain_of(shape: Shape, P: FloatArray, h: FloatArray, g: FloatArray) -> float:
     """Write g = P h; returns h . g. h counts positions and constants, not velocities."""
     d, c = len(shape[0]), len(shape[1])
@@ -69,7 +69,7 @@ def gain_of(shape: Shape, P: FloatArray, h: FloatArray, g: FloatArray) -> float:
     return spread
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def project(shape: Shape, h: FloatArray, x: FloatArray) -> float:
     """Part h . (position, constants) of a state."""
     d, value = len(shape[0]), 0.0
@@ -78,7 +78,7 @@ def project(shape: Shape, h: FloatArray, x: FloatArray) -> float:
     return value
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def shrink(
     shape: Shape, m: FloatArray, P: FloatArray, g: FloatArray, phi: float, nu: float
 ) -> None:
@@ -91,7 +91,7 @@ def shrink(
             P[a, b] -= scaled * g[b]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def answer(shape: Shape, equations: TrackEquations, e: int, M: FloatArray, n: FloatArray) -> None:
     """Write n = s - M'h: what the innovation of equation e loses for each unit of bias."""
     d, p = len(shape[0]), n.size
@@ -105,7 +105,7 @@ def answer(shape: Shape, equations: TrackEquations, e: int, M: FloatArray, n: Fl
             n[c] -= h * M[row, c]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def move(shape: Shape, m: FloatArray, M: FloatArray, dt: float, push: FloatArray, i: int) -> None:
     """Move the bias columns on by dt, and the mean by the known acceleration."""
     d = len(shape[0])

@@ -105,7 +105,7 @@ def forward(
         memory.P[i - low] = P
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def give_back(
     shape: Shape,
     h: FloatArray,
@@ -140,7 +140,7 @@ def give_back(
             N[row, j if j < d else j + d] += h[b] * h[j] * within
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
 def carry_back(shape: Shape, r: FloatArray, N: FloatArray, dt: float) -> None:
     """Carry r and N back over dt seconds: F'r and F'N F."""
     d, size = len(shape[0]), 2 * len(shape[0]) + len(shape[1])
@@ -152,6 +152,18 @@ def carry_back(shape: Shape, r: FloatArray, N: FloatArray, dt: float) -> None:
     for a in range(size):
         for b in range(d):
             N[a, d + b] += dt * N[a, b]
+
+
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def smoothed_mean(
+    shape: Shape, m: FloatArray, P: FloatArray, r: FloatArray, mean: FloatArray
+) -> None:
+    """Write m + P r."""
+    size = 2 * len(shape[0]) + len(shape[1])
+    for a in range(size):
+        mean[a] = m[a]
+        for b in range(size):
+            mean[a] += P[a, b] * r[b]
 
 
 @numba.njit(cache=True, fastmath=FAST)
@@ -186,68 +198,68 @@ def smooth_reports(
     """Smooth all targets; parts of `out` that have length zero are left out."""
     size = 2 * len(shape[0]) + len(shape[1])
     memory = memory_of(equations)
-    room = np.empty(size), np.empty(size), np.empty(size)
-    r, N, later, work = np.empty(size), np.empty((size, size)), np.empty((size, size)), room[0]
-    whole = np.empty((size, size))
+    m, P, gain, time, h = memory.m, memory.P, memory.g, equations.time, equations.h
+    start, mean, covariance = equations.report_start, out.mean, out.covariance
+    r, N, later, work = (
+        np.empty(size),
+        np.empty((size, size)),
+        np.empty((size, size)),
+        np.empty(size),
+    )
+    product, above = np.empty((size, size)), np.empty((max(1, out.spread.shape[1]), size))
     for k in range(len(motion.q)):
         forward(shape, equations, motion, precision, y, k, memory)
         low, high = equations.target_start[k], equations.target_start[k + 1]
-        base = equations.report_start[low]
+        base = start[low]
         r[:] = 0.0
         N[:] = 0.0
         last = high - 1
         for i in range(high - 1, low - 1, -1):
-            if i == high - 1 or equations.time[i + 1] > equations.time[i]:
+            if i == high - 1 or time[i + 1] > time[i]:
                 # the state of all reports at this time, best known after the last of them
                 last = i
                 later[:] = N
-                for a in range(size):
-                    out.mean[i, a] = memory.m[i - low, a]
-                    for b in range(size):
-                        out.mean[i, a] += memory.P[i - low, a, b] * r[b]
-                if len(out.covariance) > 0:
-                    smoothed_covariance(shape, memory.P[i - low], N, whole, out.covariance[i])
+                smoothed_mean(shape, m[i - low], P[i - low], r, mean[i])
+                if len(covariance) > 0:
+                    smoothed_covariance(shape, P[i - low], N, product, covariance[i])
             else:
-                out.mean[i] = out.mean[last]
-                if len(out.covariance) > 0:
-                    out.covariance[i] = out.covariance[last]
-            judge(shape, equations, y, i, memory.P[last - low], later, out, room)
-            for e in range(equations.report_start[i + 1] - 1, equations.report_start[i] - 1, -1):
+                mean[i] = mean[last]
+                if len(covariance) > 0:
+                    covariance[i] = covariance[last]
+            for e in range(start[i], start[i + 1]):
+                out.residual[e] = y[e] - project(shape, h[e], mean[i])
+            if len(out.spread) > 0:
+                own = out.spread[start[i] : start[i + 1]]
+                spread_of(shape, h[start[i] : start[i + 1]], P[last - low], later, own, above, work)
+            for e in range(start[i + 1] - 1, start[i] - 1, -1):
                 phi = memory.phi[e - base]
                 if phi > 0.0:
-                    nu = memory.nu[e - base]
-                    give_back(shape, equations.h[e], memory.g[e - base], phi, nu, r, N, work)
+                    give_back(shape, h[e], gain[e - base], phi, memory.nu[e - base], r, N, work)
             if i > low:
-                carry_back(shape, r, N, equations.time[i] - equations.time[i - 1])
+                carry_back(shape, r, N, time[i] - time[i - 1])
 
 
-@numba.njit(cache=True, fastmath=FAST)
-def judge(
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def spread_of(
     shape: Shape,
-    equations: TrackEquations,
-    y: FloatArray,
-    i: int,
+    h: FloatArray,
     P: FloatArray,
     N: FloatArray,
-    out: Smoothing,
-    room: tuple[FloatArray, FloatArray, FloatArray],
+    spread: FloatArray,
+    above: FloatArray,
+    work: FloatArray,
 ) -> None:
-    """Write residuals and h V h' of the equations of report i, V = P - P N P."""
+    """Write h V h' of the equations of a report, V = P - P N P."""
     size = 2 * len(shape[0]) + len(shape[1])
-    u, v, w = room
-    first, last = equations.report_start[i], equations.report_start[i + 1]
-    for e in range(first, last):
-        if len(out.residual) > 0:
-            out.residual[e] = y[e] - project(shape, equations.h[e], out.mean[i])
-        if len(out.spread) > 0:
-            gain_of(shape, P, equations.h[e], u)
-            v[:] = 0.0
-            for b in range(size):
-                for a in range(size):
-                    v[a] += N[b, a] * u[b]
-            w[:] = u
-            for b in range(size):
-                for a in range(size):
-                    w[a] -= P[b, a] * v[b]
-            for f in range(first, last):
-                out.spread[e, f - first] = project(shape, equations.h[f], w)
+    for e in range(len(h)):
+        gain_of(shape, P, h[e], above[e])
+        for a in range(size):
+            work[a] = 0.0
+        for b in range(size):
+            for a in range(size):
+                work[a] += N[b, a] * above[e, b]
+        for f in range(e + 1):
+            within = project(shape, h[e], above[f])
+            for a in range(size):
+                within -= work[a] * above[f, a]
+            spread[e, f] = spread[f, e] = within

@@ -10,7 +10,8 @@ import numpy as np
 from probreg.motion.tracks import TrackEquations
 from probreg.typing import BoolArray, FloatArray, IntArray
 
-_LOG_2PI = float(np.log(2.0 * np.pi))
+FAST = {"contract", "reassoc", "nsz", "arcp"}  # NaN and infinity keep their meaning
+MOST_SWEEPS, EXACT = 12, 1e-28  # of Jacobi; squared correlation that is none
 
 
 class ReportMixtures(NamedTuple):
@@ -66,142 +67,141 @@ def room_for(n: int, J: int) -> Judgement:
     return Judgement(probability, wrong, square, log_density, weight, np.zeros(n, dtype=bool))
 
 
-@numba.njit(cache=True)
-def solve_in_place(A: FloatArray, B: FloatArray, m: int) -> None:
-    """Solve A X = B by elimination with pivots; both are overwritten, B by X."""
-    for k in range(m):
-        pivot = k
-        for i in range(k + 1, m):
-            if abs(A[i, k]) > abs(A[pivot, k]):
-                pivot = i
-        if pivot != k:
-            for j in range(m):
-                A[k, j], A[pivot, j] = A[pivot, j], A[k, j]
-            for j in range(B.shape[1]):
-                B[k, j], B[pivot, j] = B[pivot, j], B[k, j]
-        for i in range(k + 1, m):
-            factor = A[i, k] / A[k, k]
-            for j in range(k, m):
-                A[i, j] -= factor * A[k, j]
-            for j in range(B.shape[1]):
-                B[i, j] -= factor * B[k, j]
-    for k in range(m - 1, -1, -1):
-        for j in range(B.shape[1]):
-            for i in range(k + 1, m):
-                B[k, j] -= A[k, i] * B[i, j]
-            B[k, j] /= A[k, k]
+# rows of a small array to work in: of the components, in units of the noise
+SCALE, ALONG, SPREAD = 0, 1, 2  # 1 / sigma; residual and variance along eigenvectors
 
 
-@numba.njit(cache=True)
-def invert(C: FloatArray, inverse: FloatArray, m: int) -> float:
-    """Write the inverse of a positive definite C, which is lost; returns log |C|."""
-    log_det = 0.0
-    for j in range(m):
-        for i in range(m):
-            inverse[i, j] = 1.0 if i == j else 0.0
-    # Gauss-Jordan without pivots, safe for positive definite matrices
-    for k in range(m):
-        head = C[k, k]
-        log_det += np.log(head)
-        for j in range(m):
-            C[k, j] /= head
-            inverse[k, j] /= head
-        for i in range(m):
-            if i != k:
-                factor = C[i, k]
-                for j in range(m):
-                    C[i, j] -= factor * C[k, j]
-                    inverse[i, j] -= factor * inverse[k, j]
-    return log_det
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def diagonalise(A: FloatArray, Q: FloatArray, m: int) -> None:
+    """Jacobi's rotations: the symmetric A (m, m) becomes diagonal, Q its eigenvectors."""
+    for a in range(m):
+        for b in range(m):
+            Q[a, b] = 1.0 if a == b else 0.0
+    for _ in range(MOST_SWEEPS):
+        moved = False
+        for a in range(m):
+            for b in range(a):
+                if A[a, b] * A[a, b] <= EXACT * abs(A[a, a] * A[b, b]):
+                    continue
+                moved = True
+                away = 0.5 * (A[b, b] - A[a, a]) / A[a, b]
+                tangent = 1.0 / (abs(away) + np.sqrt(away * away + 1.0))
+                if away < 0.0:
+                    tangent = -tangent
+                c = 1.0 / np.sqrt(tangent * tangent + 1.0)
+                s = tangent * c
+                for k in range(m):
+                    A[k, a], A[k, b] = c * A[k, a] - s * A[k, b], s * A[k, a] + c * A[k, b]
+                    Q[k, a], Q[k, b] = c * Q[k, a] - s * Q[k, b], s * Q[k, a] + c * Q[k, b]
+                for k in range(m):
+                    A[a, k], A[b, k] = c * A[a, k] - s * A[b, k], s * A[a, k] + c * A[b, k]
+        if not moved or m == 2:
+            break
 
 
-class _Room(NamedTuple):
-    """Small arrays to work in: I - A W; A and a; a covariance and its inverse; log odds."""
-
-    B: FloatArray
-    X: FloatArray
-    C: FloatArray
-    inverse: FloatArray
-    log_p: FloatArray
-
-
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath=FAST)
 def judge_reports(
     equations: TrackEquations,
-    residual: FloatArray,
-    spread: FloatArray,
-    precision: FloatArray,
+    smoothed: tuple[FloatArray, FloatArray],
+    weights: FloatArray,
     mixtures: ReportMixtures,
     widest: float,
     out: Judgement,
 ) -> None:
     """Write into `out` what each report is, given all others.
 
-    With residual a and A = h V h' under all reports, those without report i are
-    A_c = (I - A W)^-1 A and a_c = (I - A W)^-1 a, W its precision.
+    `smoothed` are residuals (E,) a and h V h' (E, width) A under all reports, of weights (n,).
+    In units of the noise, those without report i are A_c = (I - w A)^-1 A and
+    a_c = (I - w A)^-1 a: the same eigenvectors, so that all the rest are scalars.
     """
-    w, J = spread.shape[1], mixtures.variance.shape[1]
-    room = _Room(
-        np.empty((w, w)), np.empty((w, w + 1)), np.empty((w, w)), np.empty((w, w)), np.empty(J)
+    # arrays are taken out of their tuples once: each time costs as much as an equation
+    residual, spread = smoothed
+    start, variance = equations.report_start, equations.variance
+    sensor, log_share, parts = mixtures.sensor, mixtures.log_share, mixtures.variance
+    probability, wrong, square = out.probability, out.wrong, out.square
+    width, J = spread.shape[1], parts.shape[1]
+    A, Q, room, log_p = (
+        np.empty((width, width)),
+        np.empty((width, width)),
+        np.empty((3, width)),
+        np.empty(J),
     )
-    B, X = room.B, room.X
-    for i in range(len(equations.time)):
-        first = equations.report_start[i]
-        m = equations.report_start[i + 1] - first
+    for i in range(len(weights)):
+        first, m, group = start[i], start[i + 1] - start[i], sensor[i]
+        own = residual[first : first + m], spread[first : first + m], variance[first : first + m]
+        size, out.placed[i] = _leave_out(own, weights[i], widest, A, Q, room)
+        top = mixtures.log_wrong[i]
+        for j in range(J):
+            log_p[j] = log_share[group, j]
+            if log_p[j] > -np.inf:
+                square[i, j], misfit = _misfit(m, room, size, parts[group, j])
+                log_p[j] -= misfit
+            top = max(top, log_p[j])
+        wrong[i] = np.exp(mixtures.log_wrong[i] - top)
+        total = wrong[i]
+        for j in range(J):
+            log_p[j] = np.exp(log_p[j] - top)
+            total += log_p[j]
+        weight, share = 0.0, 1.0 / total
+        for j in range(J):
+            probability[i, j] = log_p[j] * share
+            weight += probability[i, j] / parts[group, j]
+        out.weight[i] = weight
+        wrong[i] *= share
+        out.log_density[i] = top + np.log(total)
+
+
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def _leave_out(
+    own: tuple[FloatArray, FloatArray, FloatArray],
+    weight: float,
+    widest: float,
+    A: FloatArray,
+    Q: FloatArray,
+    room: FloatArray,
+) -> tuple[float, bool]:
+    """Write A_c and a_c along eigenvectors.
+
+    Returns the determinant of 2 pi times the noise, and whether others place the report.
+    """
+    residual, spread, variance = own
+    m, size = len(residual), 1.0
+    for a in range(m):
+        size *= 2.0 * np.pi * variance[a]
+        room[SCALE, a] = 1.0 / np.sqrt(variance[a])
+        for b in range(a + 1):
+            both = 0.5 * (spread[a, b] + spread[b, a])
+            A[a, b] = A[b, a] = both * room[SCALE, a] * room[SCALE, b]
+    diagonalise(A, Q, m)
+    sound = m > 0
+    for k in range(m):
+        left, along = 1.0 - weight * A[k, k], 0.0
+        sound &= left > 0.0
         for a in range(m):
-            for b in range(m):
-                B[a, b] = (1.0 if a == b else 0.0) - spread[first + a, b] * precision[first + b]
-                X[a, b] = spread[first + a, b]
-            X[a, w] = residual[first + a]
-        solve_in_place(B, X, m)
-        sound = m > 0
-        out.placed[i] = m > 0
-        for a in range(m):
-            sound &= X[a, a] >= 0.0
-            out.placed[i] &= X[a, a] < widest * widest
+            along += Q[a, k] * residual[a] * room[SCALE, a]
+        room[ALONG, k] = along / left
+        room[SPREAD, k] = max(A[k, k], 0.0) / left
+    placed = sound
+    for a in range(m):
+        wide = 0.0
+        for k in range(m):
+            wide += Q[a, k] * Q[a, k] * room[SPREAD, k]
+        placed &= wide * variance[a] < widest * widest
         if not sound:
             # rounding has eaten a covariance: nothing is known of the report but its noise
-            out.placed[i] = False
-            for a in range(m):
-                X[a, :m] = 0.0
-                X[a, a] = widest * widest
-        _weigh(equations.variance[first : first + m], mixtures, room, i, out)
+            room[SPREAD, a] = (widest * room[SCALE, a]) ** 2
+            room[ALONG, a] = residual[a] * room[SCALE, a]
+    return size, placed
 
 
-@numba.njit(cache=True)
-def _weigh(
-    variance: FloatArray, mixtures: ReportMixtures, room: _Room, i: int, out: Judgement
-) -> None:
-    """Write the odds of report i to be of each Gaussian and of none, given `room.X`."""
-    m, w, group = len(variance), room.C.shape[0], mixtures.sensor[i]
-    X, C, inverse, log_p = room.X, room.C, room.inverse, room.log_p
-    top = mixtures.log_wrong[i]
-    for j in range(len(log_p)):
-        log_p[j] = mixtures.log_share[group, j]
-        if log_p[j] > -np.inf:
-            grown = mixtures.variance[group, j]
-            for a in range(m):
-                for b in range(m):
-                    C[a, b] = 0.5 * (X[a, b] + X[b, a])
-                C[a, a] += grown * variance[a]
-            log_p[j] -= 0.5 * (m * _LOG_2PI + invert(C, inverse, m))
-            out.square[i, j] = 0.0
-            for a in range(m):
-                lead = 0.0
-                for b in range(m):
-                    lead += inverse[a, b] * X[b, w]
-                log_p[j] -= 0.5 * lead * X[a, w]
-                gain = grown * grown * variance[a]
-                out.square[i, j] += gain * (lead * lead - inverse[a, a]) + grown
-        top = max(top, log_p[j])
-    out.wrong[i] = np.exp(mixtures.log_wrong[i] - top)
-    total = out.wrong[i]
-    for j in range(len(log_p)):
-        log_p[j] = np.exp(log_p[j] - top)
-        total += log_p[j]
-    out.weight[i] = 0.0
-    for j in range(len(log_p)):
-        out.probability[i, j] = log_p[j] / total
-        out.weight[i] += out.probability[i, j] / mixtures.variance[group, j]
-    out.wrong[i] /= total
-    out.log_density[i] = top + np.log(total)
+@numba.njit(cache=True, fastmath=FAST, inline="always")
+def _misfit(m: int, room: FloatArray, size: float, grown: float) -> tuple[float, float]:
+    """Expected squared noise, and minus the log density, of a Gaussian of variance `grown`."""
+    determinant, misfit, square = size, 0.0, m * grown
+    for k in range(m):
+        inverse = 1.0 / (room[SPREAD, k] + grown)
+        lead = room[ALONG, k] * inverse
+        determinant *= room[SPREAD, k] + grown
+        misfit += lead * room[ALONG, k]
+        square += grown * grown * (lead * lead - inverse)
+    return square, 0.5 * (np.log(determinant) + misfit)

@@ -18,6 +18,7 @@ from probreg.typing import FloatArray, IntArray
 
 WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused too early
 STEPS_EACH = 4
+ONLY_PATHS = (30.0, 5.0, 1.0)  # where biases and laws are known from some of the targets
 GENEROUS = 9.0  # acceleration at first, over the prior's: weights of zero absorb
 SETTLED = 0.02  # posterior standard deviations of a last step,
 NEARLY = 0.3  # and of one after which tangent or identities change
@@ -49,8 +50,6 @@ class TrackFit:
         Of each Gaussian of the sensor's law.
     mean : ndarray, shape (n, size)
         Smoothed states at each report.
-    state_covariance : ndarray, shape (n, size, size)
-        Given the biases; see `add_bias_uncertainty`.
     settled : bool
         Whether the last step was below 0.02 standard deviations.
     """
@@ -65,7 +64,6 @@ class TrackFit:
     log_density: FloatArray
     probability: FloatArray
     mean: FloatArray
-    state_covariance: FloatArray
     settled: bool
 
     @property
@@ -83,6 +81,15 @@ class TrackFit:
         """Probability of each report to be noisier than the first Gaussian of its law, (n,)."""
         return np.asarray(1.0 - self.wrong - self.probability[:, 0])
 
+    def state_covariance(self) -> FloatArray:
+        """Of the states at each report given the biases, shape (n, size, size); not kept.
+
+        See `add_bias_uncertainty` for that of the biases themselves.
+        """
+        smoothed = steps.smooth(self.model, self.point, self.theta, covariance=True)
+        assert smoothed.covariance is not None
+        return smoothed.covariance[self.point.tangent.order]
+
 
 def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
     """Find the mode of biases, weights, accelerations and laws, the paths integrated out.
@@ -97,7 +104,7 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
     -------
     TrackFit
     """
-    search = _settled(model, *_begin(model))
+    search = _settled(model, *_begin(model), TANGENTS)
     for _ in range(offers if model.wrong_share else 0):
         point, theta = search.point, search.solution.theta
         path = point.tangent.path(search.smoothed.mean)
@@ -106,16 +113,17 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
             break
         model = replace(model, reports=replace(model.reports, target=offer.target))
         del search, path  # room for the next
-        search = _settled(model, point, theta, offer.path)
+        search = _settled(model, point, theta, offer.path, 1)
     point, theta = search.point, search.solution.theta
     del search
     return _report(model, _rest(model, point, theta, SETTLED))
 
 
 class _Search(NamedTuple):
-    """Where a search stands: the point after a step, and what the step found before it."""
+    """Where a search stands: the point after a step, that before it, and what was found there."""
 
     point: Point
+    before: Point
     solution: Solution
     smoothed: SmoothedTracks
     judged: Judgement
@@ -130,17 +138,23 @@ def _begin(model: TrackModel) -> tuple[Point, FloatArray, PathPoints]:
     count = np.bincount(model.reports.target, minlength=len(model.start))
     among = steps.some_targets(count, steps.MANY_REPORTS)
     if among is None:
-        return _narrowed(model, _first(model), STEPS_EACH)
+        return _narrowed(model, _first(model), WIDENED, STEPS_EACH)
     part = model.of_targets(among)
-    found = _settled(part, *_narrowed(part, _first(part), STEPS_EACH))
-    return _narrowed(model, _first(model, found), 1)
+    found = _settled(part, *_narrowed(part, _first(part), WIDENED, STEPS_EACH), TANGENTS)
+    return _narrowed(model, _first(model, found), ONLY_PATHS, 1, found.solution)
 
 
-def _narrowed(model: TrackModel, point: Point, each: int) -> tuple[Point, FloatArray, PathPoints]:
+def _narrowed(
+    model: TrackModel,
+    point: Point,
+    widened: tuple[float, ...],
+    each: int,
+    known: Solution | None = None,
+) -> tuple[Point, FloatArray, PathPoints]:
     """Steps as the noise shrinks to what it is."""
-    for widened in WIDENED:
+    for factor in widened:
         for _ in range(each):
-            search = _step(model, point, widened)
+            search = _step(model, point, factor, known)
             point = search.point
     return point, search.solution.theta, point.tangent.path(search.smoothed.mean)
 
@@ -159,30 +173,35 @@ def _first(model: TrackModel, known: _Search | None = None) -> Point:
     return Point(tangent, weights, generous * model.acceleration, model.laws, wrong, spread)
 
 
-def _step(model: TrackModel, point: Point, widened: float = 1.0) -> _Search:
-    """Biases, paths, weights; the laws' parameters too once the noise is not widened."""
-    solution = steps.solve(model, point)
+def _step(
+    model: TrackModel, point: Point, widened: float = 1.0, known: Solution | None = None
+) -> _Search:
+    """Biases unless known, paths, weights; the laws' parameters too if the noise is as it is."""
+    solution = steps.solve(model, point) if known is None else known
     constants = model.reports.num_constants > 0
     smoothed = steps.smooth(model, point, solution.theta, covariance=constants)
     judged = steps.judge(model, point, smoothed, widened)
-    if widened == 1.0:
-        point = steps.refit(model, point, judged)
-        point = steps.refit_constants(model, point, smoothed)
+    after = point
+    if widened == 1.0 and known is None:
+        after = steps.refit(model, point, judged)
+        after = steps.refit_constants(model, after, smoothed)
     # reports that no other places must not agree on a path of their own, nor be lost for ever
     lone = np.minimum(judged.weight, LONE_WEIGHT)
     weights = np.where(judged.placed, judged.weight, lone)
-    return _Search(replace(point, weights=weights), solution, smoothed, judged)
+    return _Search(replace(after, weights=weights), point, solution, smoothed, judged)
 
 
-def _settled(model: TrackModel, point: Point, theta: FloatArray, path: PathPoints) -> _Search:
-    """Steps to near rest at the tangent at a path, and again at the path found there."""
-    for again in range(TANGENTS):
+def _settled(
+    model: TrackModel, point: Point, theta: FloatArray, path: PathPoints, tangents: int
+) -> _Search:
+    """Steps to near rest at the tangent at a path, and again at the paths found there."""
+    for again in range(tangents):
         point = replace(point, q=steps.fit_acceleration(model, point))
         tangent = model.reports.linearise(theta, path)
         weights = point.weights[point.tangent.order][tangent.rows]
         point = replace(point, tangent=tangent, weights=weights)
         search = _rest(model, point, theta, NEARLY)
-        if again + 1 < TANGENTS:
+        if again + 1 < tangents:
             point, theta = search.point, search.solution.theta
             path = point.tangent.path(search.smoothed.mean)
             del search  # room for the next
@@ -202,13 +221,9 @@ def _rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> _
 
 
 def _report(model: TrackModel, search: _Search) -> TrackFit:
-    """Everything at the point, in the order of the recording."""
-    point = search.point
-    solution = steps.solve(model, point)
-    smoothed = steps.smooth(model, point, solution.theta, covariance=True)
-    judged = steps.judge(model, point, smoothed)
+    """Everything as the last step found it, in the order of the recording."""
+    point, solution, judged = search.before, search.solution, search.judged
     order = point.tangent.order
-    assert smoothed.covariance is not None
     return TrackFit(
         model=model,
         point=point,
@@ -219,7 +234,6 @@ def _report(model: TrackModel, search: _Search) -> TrackFit:
         wrong=judged.wrong[order],
         log_density=judged.log_density[order],
         probability=judged.probability[order],
-        mean=smoothed.mean[order],
-        state_covariance=smoothed.covariance[order],
+        mean=search.smoothed.mean[order],
         settled=search.settled,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from probreg.motion.tracks import (
+    LEAST_WEIGHT,
     BiasInformation,
     SmoothedTracks,
     TrackMotion,
@@ -119,10 +120,10 @@ def judge(
     equations = point.tangent.equations
     mixtures = model.mixtures(point.tangent, point.laws, point.wrong, widened)
     out = room_for(len(equations.time), mixtures.variance.shape[1])
-    precision = equations.precision(point.weights)
     assert smoothed.spread is not None
-    widest = WIDEST_M * widened
-    judge_reports(equations, smoothed.residual, smoothed.spread, precision, mixtures, widest, out)
+    there = np.where(point.weights < LEAST_WEIGHT, 0.0, point.weights)
+    found = smoothed.residual, smoothed.spread
+    judge_reports(equations, found, there, mixtures, WIDEST_M * widened, out)
     return out
 
 

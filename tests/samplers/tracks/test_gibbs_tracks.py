@@ -144,7 +144,7 @@ def test_probabilities_of_reports_are_those_of_the_mode(traffic):
         sd = np.sqrt((other * (1.0 - other) + 1e-3) / 50.0)
         assert np.abs((one - other) / sd).mean() < 1.0
     moved = np.linalg.norm((draws.mean_state - fit.mean)[:, :2], axis=1)
-    spread = np.sqrt(np.einsum("naa->n", fit.state_covariance[:, :2, :2]))
+    spread = np.sqrt(np.einsum("naa->n", fit.state_covariance()[:, :2, :2]))
     assert np.median(moved / spread) < 0.2
 
 
