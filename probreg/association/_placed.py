@@ -26,6 +26,7 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 
 _NOISE_SIGMAS, _BIAS_SIGMAS = 6.0, 2.0
 _ROOM_M = 300.0  # half of what geometric and barometric heights of one target may differ
+_NOTHING_M = 1e-6
 _GUESS_M = 5_000.0  # how far a height that nothing tells may be from the one guessed
 
 
@@ -84,7 +85,8 @@ class Placed:
         for k, sensor in enumerate(self.sensors):
             if not sensor.gives_position:
                 mine = np.flatnonzero(self.judged[rows] & (self.sensor[rows] == k))
-                away[mine] = self._across(k, rows[mine], at.take(mine))
+                if mine.size:
+                    away[mine] = self._across(k, rows[mine], at.take(mine))
         return away
 
     def _across(self, k: int, rows: IntArray, at: Spots) -> FloatArray:
@@ -103,6 +105,7 @@ class Placed:
         seen_gate = seen.gradient * reach[:, None]
         slack = seen.factor[..., None] * self.slack[rows, :q]
         noise = (_NOISE_SIGMAS * _metres(self.sensors[k], seen)) ** 2
+        noise = noise + _NOTHING_M**2  # what says nothing has neither noise nor gradient
         limit = noise[..., None] * np.eye(q) + seen_gate @ seen_gate.mT + slack @ slack.mT
         scaled = np.linalg.solve(limit, left[..., None])[..., 0]
         return np.sqrt(np.einsum("nq,nq->n", left, scaled))
@@ -202,9 +205,10 @@ def _reach(
         seen = ax.observe(local)
         square = _squares(one, seen)
         if d == 3:
-            told = np.full(len(rows), ax.vertical.any()) | np.isfinite(beside[rows])
+            itself = np.isfinite(one.reports[:, ax.vertical]).any(axis=1)
+            up = np.where(itself, np.sqrt(square[:, 2]), beside[rows])
+            told = np.isfinite(up)
             height[rows[told]] = where[rows[told], 2]
-            up = beside[rows] if not ax.vertical.any() else np.sqrt(square[:, 2])
             room[rows] = _ROOM_M + up
             square[~told, 0] += _guessed(ax, local[~told]) ** 2
         reach[rows] = np.sqrt(square[:, 0] + square[:, 1])
@@ -216,7 +220,8 @@ def _squares(one: _Said, seen: Observed) -> FloatArray:
     noise = (_NOISE_SIGMAS * _metres(one.sensor, seen)) ** 2
     square: FloatArray = np.einsum("nq,nqd->nd", noise, seen.gradient**2)
     for column in one.unknown:
-        square += np.einsum("nq,nqd->nd", seen.factor * column, seen.gradient) ** 2
+        moved = np.nan_to_num(seen.factor * column)  # NaN in a component that is missing
+        square += np.einsum("nq,nqd->nd", moved, seen.gradient) ** 2
     return square
 
 
@@ -229,6 +234,7 @@ def _metres(sensor: Sensor, seen: Observed) -> FloatArray:
 def _guessed(axes: Axes, local: FloatArray) -> FloatArray:
     """How far (m,) a height wrongly guessed moves places horizontally: by h dh / r for radars."""
     higher = axes.observe(local + np.array([0.0, 0.0, 0.5 * _GUESS_M])).gradient
+    higher = higher[:, ~axes.vertical]
     level, up = higher[..., :2], higher[..., 2]
     # rows of the gradient are orthogonal, nearly so horizontally
     share = up / np.maximum(np.einsum("nqd,nqd->nq", level, level), 1e-12)
