@@ -129,7 +129,10 @@ def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Place
         said.append(_Said(sensor, rows, reports, unknown))
     axes = observing_axes(setup)
     where = places(recording, setup, values)
-    own = np.zeros_like(where) if recording.own_position is None else recording.own_position
+    own = np.zeros_like(where)
+    if recording.own_position is not None:
+        shared = min(where.shape[1], recording.own_position.shape[1])
+        own[:, :shared] = recording.own_position[:, :shared]
     alone = np.ones(len(where), dtype=bool)
     if recording.beside is not None:
         alone = recording.beside == np.arange(len(where))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from probreg.association._placed import Placed
@@ -64,7 +65,7 @@ def link(placed: Placed, rows: IntArray, setup: Setup) -> IntArray:
         i, j = a + pairs[:, 0], pairs[:, 1]
         track[i] = alive.number[j]
         alive.move(j, i, time, where)
-        rest = np.setdiff1d(np.arange(a, b), i)
+        rest = np.flatnonzero(track[a:b] == UNKNOWN) + a
         track[rest] = fresh + np.arange(len(rest))
         alive = alive.joined(rest, track[rest], where)
         fresh += len(rest)
@@ -158,23 +159,27 @@ def _apart(
     """Pairs of tracks of two sensors, their median gap (vectors), and how far is too far."""
     pairs, gaps, limits = [], [], []
     gate = np.array([np.median(placed.gate[own]) for own in reports])
+    order = np.concatenate(reports)
+    begin = np.cumsum([0] + [len(own) for own in reports])
+    time, where = placed.time[order], placed.spots.where[order]
     for j, own in enumerate(reports):
         late = np.minimum(span[:, 1], span[j, 1]) - np.maximum(span[:, 0], span[j, 0]) > 0.0
-        for i in np.flatnonzero(late & (sensor < sensor[j])):
-            other, limit = reports[int(i)], float(np.hypot(gate[i], gate[j]))
-            if not _meet(placed, own, other, limit, setup.max_speed_m_s):
-                continue
+        others = np.flatnonzero(late & (sensor < sensor[j]))
+        limit = np.hypot(gate[others], gate[j])
+        meet = _meet(j, others, begin, time, where, 4.0 * limit, setup.max_speed_m_s)
+        mine = placed.spots.take(own)
+        for i, most in zip(others[meet].tolist(), limit[meet].tolist(), strict=True):
+            other = reports[i]
             spots = placed.spots.take(other)
             at, inside = between(placed.time[other], spots, placed.time[own], placed.window)
             if inside.sum() < _COMMON:
                 continue
-            mine = placed.spots.take(own)
             gap = np.median((mine.where - at.where)[inside, :2], axis=0)
             high = mine.elsewhere(at)[inside].mean() > 0.5
-            if np.linalg.norm(gap) < 2.0 * limit and not high:
+            if np.linalg.norm(gap) < 2.0 * most and not high:
                 pairs.append((i, j))
                 gaps.append(gap)
-                limits.append(limit)
+                limits.append(most)
     return (
         np.array(pairs, dtype=np.int64).reshape(-1, 2),
         np.array(gaps, dtype=float).reshape(-1, 2),
@@ -182,15 +187,29 @@ def _apart(
     )
 
 
-def _meet(placed: Placed, one: IntArray, other: IntArray, limit: float, speed: float) -> bool:
-    """Whether two tracks may be near each other in the middle of their common time."""
-    first, second = placed.time[one], placed.time[other]
-    middle = 0.5 * (max(first[0], second[0]) + min(first[-1], second[-1]))
-    a = one[min(int(np.searchsorted(first, middle)), len(one) - 1)]
-    b = other[min(int(np.searchsorted(second, middle)), len(other) - 1)]
-    reach = 4.0 * limit + speed * abs(placed.time[a] - placed.time[b])
-    gap = (placed.spots.where[a] - placed.spots.where[b])[:2]
-    return bool(gap @ gap < reach * reach)
+@numba.njit(cache=True)
+def _meet(
+    j: int,
+    others: IntArray,
+    begin: IntArray,
+    time: FloatArray,
+    where: FloatArray,
+    near: FloatArray,
+    speed: float,
+) -> BoolArray:
+    """Whether track j may be near each other in the middle of their common time."""
+    found = np.zeros(len(others), dtype=np.bool_)
+    own = time[begin[j] : begin[j + 1]]
+    for k in range(len(others)):
+        i = others[k]
+        other = time[begin[i] : begin[i + 1]]
+        middle = 0.5 * (max(own[0], other[0]) + min(own[-1], other[-1]))
+        a = begin[j] + min(np.searchsorted(own, middle), len(own) - 1)
+        b = begin[i] + min(np.searchsorted(other, middle), len(other) - 1)
+        reach = near[k] + speed * abs(time[a] - time[b])
+        square = (where[a, 0] - where[b, 0]) ** 2 + (where[a, 1] - where[b, 1]) ** 2
+        found[k] = square < reach * reach
+    return found
 
 
 def _provisional(
