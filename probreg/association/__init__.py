@@ -1,7 +1,8 @@
-"""Whose report is it? Pairs of one frame, identities where a recording has none, and doubts."""
+"""Whose report is it? Pairs of one frame, missing identities, doubts, and tracks of identities."""
 
 from probreg.association._doubt import OFF_PATH, TOO_FAST, doubt_identities, doubts
 from probreg.association._identify import associate
+from probreg.association._intervals import comparison_window, usual_intervals
 from probreg.association.nearest_neighbours import (
     Objective,
     assign,
@@ -17,10 +18,12 @@ __all__ = [
     "Objective",
     "assign",
     "associate",
+    "comparison_window",
     "doubt_identities",
     "doubts",
     "nearest_neighbours",
     "segments",
     "squared_distances",
+    "usual_intervals",
     "wrong_pairs",
 ]
