@@ -205,15 +205,16 @@ def _reach(
         if not one.sensor.gives_position or not rows.size:
             continue
         local = where[rows] - own[rows]
+        itself = np.isfinite(one.reports[:, ax.vertical]).any(axis=1)
+        told = itself | np.isfinite(beside[rows]) | (d == 2)
+        local[~told, 2:] += 0.5 * _GUESS_M  # half way to where it might be
         seen = ax.observe(local)
         square = _squares(one, seen)
         if d == 3:
-            itself = np.isfinite(one.reports[:, ax.vertical]).any(axis=1)
             up = np.where(itself, np.sqrt(square[:, 2]), beside[rows])
-            told = np.isfinite(up)
             height[rows[told]] = where[rows[told], 2]
             room[rows] = _ROOM_M + up
-            square[~told, 0] += _guessed(ax, local[~told]) ** 2
+            square[~told, 0] += _guessed(seen.gradient[~told][:, ~ax.vertical]) ** 2
         reach[rows] = np.sqrt(square[:, 0] + square[:, 1])
     return Spots(where, height, room), reach
 
@@ -234,11 +235,9 @@ def _metres(sensor: Sensor, seen: Observed) -> FloatArray:
     return sensor.sigmas * np.where(angular, seen.factor, 1.0)
 
 
-def _guessed(axes: Axes, local: FloatArray) -> FloatArray:
+def _guessed(gradient: FloatArray) -> FloatArray:
     """How far (m,) a height wrongly guessed moves places horizontally: by h dh / r for radars."""
-    higher = axes.observe(local + np.array([0.0, 0.0, 0.5 * _GUESS_M])).gradient
-    higher = higher[:, ~axes.vertical]
-    level, up = higher[..., :2], higher[..., 2]
+    level, up = gradient[..., :2], gradient[..., 2]
     # rows of the gradient are orthogonal, nearly so horizontally
     share = up / np.maximum(np.einsum("nqd,nqd->nq", level, level), 1e-12)
     moved = np.einsum("nq,nqd->nd", share, level)
