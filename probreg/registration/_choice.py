@@ -15,6 +15,9 @@ from probreg.registration._track_model import under
 from probreg.typing import FloatArray, IntArray
 
 LAW_REPORTS = 4_000  # for the comparison of laws
+# on Gaussian reports Student's t seems ahead by .01 a report: weights of a report's neighbours
+# have seen the report
+FLATTERY = 0.02
 
 
 class RankedLaw(NamedTuple):
@@ -62,7 +65,7 @@ class Chosen(NamedTuple):
 def choose(model: TrackModel, laws: Sequence[LawChoice]) -> Chosen:
     """Rank laws on some targets, and take the first of those given that is as good as the best.
 
-    As good: within the standard error of the difference.
+    As good: within the standard error of the difference, and what weights flatter.
 
     Raises
     ------
@@ -86,7 +89,8 @@ def choose(model: TrackModel, laws: Sequence[LawChoice]) -> Chosen:
         raise InvalidInputError("no noise law could be fitted: " + " ".join(notes))
     scores = {name: fit.log_density for name, fit in fits.items()}
     ranked = _ranked(scores, some.reports.target)
-    good = {law.name for law in ranked if law.behind <= law.standard_error}
+    slack = FLATTERY * len(some.reports)
+    good = {law.name for law in ranked if law.behind <= law.standard_error + slack}
     choice = next(by_name[name] for name in by_name if name in good)
     return Chosen(choice, tuple(ranked), fits, len(some.reports), tuple(notes))
 

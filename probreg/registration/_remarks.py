@@ -22,6 +22,7 @@ from probreg.typing import FloatArray
 FAR_SIGMAS = 5.0  # of the prior, from zero
 _NEAR = (0.7, 1.4)  # scales of the noise that nobody need look after
 _FACTOR = (0.6, 1.6)  # scatter over the declared one that needs no remark
+_FAST, _FEW_FAST = 1.1, 0.02  # times the largest speed; share of the reports
 _WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds have seven digits
 
 
@@ -36,6 +37,7 @@ def remarks(
         *at_once(given),
         *linked,
         *wrong_identities(problem, fit),
+        *fast(problem, fit),
         *stamps(given),
         *chosen.notes,
         *undetermined(checks.determined),
@@ -99,6 +101,19 @@ def refused(problem: RecordingProblem, fit: TrackFit) -> FloatArray:
     total = np.bincount(problem.sensor, minlength=count)
     lost = np.bincount(problem.sensor[fit.wrong > 0.5], minlength=count)
     return lost / np.maximum(total, 1)
+
+
+def fast(problem: RecordingProblem, fit: TrackFit) -> list[str]:
+    """Say where targets fly faster than the setup allows."""
+    d, most = fit.model.reports.dim, problem.setup.max_speed_m_s
+    speed = np.linalg.norm(fit.mean[:, d : 2 * d], axis=1)
+    over = int((speed[fit.wrong <= 0.5] > _FAST * most).sum())
+    if over <= _FEW_FAST * len(fit.target):
+        return []
+    return [
+        f"{over} of {len(fit.target)} reports are of targets faster than max_speed_m_s = "
+        f"{most:g}: enlarge it, or look for wrong identities and for units of time and place."
+    ]
 
 
 def clocks(fit: TrackFit) -> list[str]:
