@@ -9,10 +9,9 @@ import numpy as np
 from probreg.posterior.tracks import TrackFit, TrackModel, fit_tracks
 from probreg.posterior.tracks.steps import MANY_REPORTS
 from probreg.registration._choice import Chosen
-from probreg.registration._draws import BiasDraws, normal_draws
 from probreg.registration._identities import Identified
 from probreg.registration._track_model import under
-from probreg.samplers.tracks import GibbsTracks, ModeCheck, check_mode
+from probreg.samplers.tracks import BiasDraws, GibbsTracks, ModeCheck, check_mode, normal_draws
 from probreg.typing import FloatArray
 
 CHAINS, SWEEPS = 4, 100

@@ -15,7 +15,6 @@ from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording, Setup, correct, restore
 from probreg.registration._accuracy import Accuracy
 from probreg.registration._choice import RankedLaw
-from probreg.registration._draws import BiasDraws
 from probreg.registration._held_out import HeldOut
 from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
@@ -26,6 +25,7 @@ from probreg.registration.residuals import (
     components,
     report_residuals,
 )
+from probreg.samplers.tracks import BiasDraws
 from probreg.typing import FloatArray
 
 if TYPE_CHECKING:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import Recording, Setup
 from probreg.registration import _remarks
-from probreg.registration._checks import check
-from probreg.registration._choice import choose
+from probreg.registration._checks import Checks, check
+from probreg.registration._choice import Chosen, choose
 from probreg.registration._clock import Clock
-from probreg.registration._held_out import score
-from probreg.registration._identities import identify
+from probreg.registration._held_out import HeldOut, score
+from probreg.registration._identities import Identified, identify
 from probreg.registration._laws import LAWS, LawChoice
-from probreg.registration._missing import missing_terms
-from probreg.registration._posterior import draw, fit
+from probreg.registration._missing import MissingTerm, missing_terms
+from probreg.registration._posterior import Fitted, draw, fit
 from probreg.registration._registration import Registration
-from probreg.registration._verdicts import judge_reports
+from probreg.registration._verdicts import Judged, judge_reports
 
 STEPS = (
     "associate",
@@ -80,11 +80,29 @@ def register(
     checks = clock.run("observability", check, known, found)
     missing = clock.run("missing terms", missing_terms, known.problem, chosen.choice, found)
     judged = clock.run("verdicts", judge_reports, known, chosen, found, fitted.draws)
+    notes = _remarks.remarks(known, chosen, fitted, scored, checks)
+    return _result(known, chosen, fitted, scored, checks, judged, (missing, notes, clock.seconds))
+
+
+_Last = tuple[tuple[MissingTerm, ...], tuple[str, ...], Mapping[str, float]]
+
+
+def _result(
+    known: Identified,
+    chosen: Chosen,
+    fitted: Fitted,
+    scored: HeldOut | None,
+    checks: Checks,
+    judged: Judged,
+    last: _Last,
+) -> Registration:
+    """What the steps found, in one; at last missing terms, remarks and times."""
+    missing, notes, seconds = last
     return Registration(
         recording=known.problem.recording,
-        setup=setup,
+        setup=known.problem.setup,
         problem=known.problem,
-        fit=found,
+        fit=fitted.fit,
         draws=fitted.draws,
         law=chosen.choice.name,
         laws=chosen.ranked,
@@ -95,9 +113,9 @@ def register(
         verdicts=judged.verdicts,
         cluster_ratio=checks.cluster_ratio,
         missing=missing,
-        left_out=_remarks.refused(known.problem, found),
+        left_out=_remarks.refused(known.problem, fitted.fit),
         noise_scale=checks.noise_scale,
         accuracies=tuple(checks.accuracies),
-        notes=_remarks.remarks(known, chosen, fitted, scored, checks),
-        seconds=clock.seconds,
+        notes=notes,
+        seconds=seconds,
     )

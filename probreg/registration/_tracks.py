@@ -16,6 +16,7 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 if TYPE_CHECKING:
     import pandas as pd
 
+_Columns = dict[str, FloatArray | IntArray | BoolArray | list[str]]
 AXES = ("x", "y", "z")
 BELIEVED = 0.5
 
@@ -50,27 +51,33 @@ def tracks_table(problem: RecordingProblem, fit: TrackFit) -> pd.DataFrame:
     row = problem.rows[tangent.rows]
     recording = problem.recording
     track = fit.target[tangent.rows]
-    columns: dict[str, FloatArray | IntArray | BoolArray | list[str]] = {
+    columns: _Columns = {
         "time": tangent.equations.time,
         "target": labels_of(problem, track),
         "track": track,
         "report": row,
         "sensor": [recording.sensors[k].name for k in recording.sensor[row]],
         "used": fit.wrong[tangent.rows] <= BELIEVED,
+        **_states(smoothed.mean, covariance, d),
     }
-    columns |= {axis: smoothed.mean[:, k] for k, axis in enumerate(AXES[:d])}
-    columns |= {f"v{axis}": smoothed.mean[:, d + k] for k, axis in enumerate(AXES[:d])}
-    for i in range(d):
-        for j in range(i, d):
-            columns[f"cov_{AXES[i]}{AXES[j]}"] = covariance[:, i, j]
-    for k in range(d):
-        columns[f"sd_v{AXES[k]}"] = np.sqrt(covariance[:, d + k, d + k])
     if problem.setup.origin is not None:
         places = LocalFrame(*problem.setup.origin).to_geodetic(smoothed.mean[:, :d])
         columns |= dict(zip(("latitude_deg", "longitude_deg"), places.T[:2], strict=True))
         if d == 3:
             columns["height_m"] = places[:, 2]
     return pd.DataFrame(columns)
+
+
+def _states(mean: FloatArray, covariance: FloatArray, d: int) -> _Columns:
+    """Positions, velocities, covariance of the position, standard deviations of the velocity."""
+    columns: _Columns = {axis: mean[:, k] for k, axis in enumerate(AXES[:d])}
+    columns |= {f"v{axis}": mean[:, d + k] for k, axis in enumerate(AXES[:d])}
+    for i in range(d):
+        for j in range(i, d):
+            columns[f"cov_{AXES[i]}{AXES[j]}"] = covariance[:, i, j]
+    for k in range(d):
+        columns[f"sd_v{AXES[k]}"] = np.sqrt(covariance[:, d + k, d + k])
+    return columns
 
 
 def labels_of(problem: RecordingProblem, track: IntArray) -> list[str]:
@@ -91,7 +98,7 @@ def reports_table(
     import pandas as pd
 
     recording, rows = problem.recording, problem.rows
-    columns: dict[str, FloatArray | IntArray | BoolArray | list[str]] = {
+    columns: _Columns = {
         "report": rows,
         "sensor": [recording.sensors[k].name for k in recording.sensor[rows]],
         "target": labels_of(problem, fit.target),

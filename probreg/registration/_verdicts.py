@@ -10,11 +10,11 @@ import numpy as np
 from probreg.noise import Contaminated
 from probreg.posterior.tracks import TrackFit, fit_tracks, judge, smooth
 from probreg.registration._choice import LAW_REPORTS, Chosen
-from probreg.registration._draws import BiasDraws
 from probreg.registration._identities import Identified, of_some
 from probreg.registration._laws import LawChoice
 from probreg.registration._registration import Verdict
 from probreg.registration._track_model import under
+from probreg.samplers.tracks import BiasDraws
 from probreg.typing import FloatArray
 
 

@@ -13,7 +13,7 @@ from probreg import arviz_adapter
 from probreg.arviz_adapter import Convergence
 from probreg.posterior.posterior import Posterior
 from probreg.samplers._base import BaseDraws
-from probreg.samplers.mixing import unmixed
+from probreg.samplers._mixing import unmixed
 from probreg.typing import FloatArray
 
 if TYPE_CHECKING:

@@ -82,6 +82,13 @@ class Sensor(Protocol):
     def sigmas(self) -> FloatArray:
         """Accuracy of each component (q,), as declared: in the SI unit of its `kind.sigma_key`."""
 
+    @property
+    def principal(self) -> tuple[FloatArray, FloatArray | None]:
+        """Accuracies (q,) of errors that are independent, and the rotation (q, q) into these.
+
+        None for the rotation where the errors of the components are independent.
+        """
+
     def check(self, reports: FloatArray) -> FloatArray:
         """Return reports, shape (n, q), after checking them."""
 

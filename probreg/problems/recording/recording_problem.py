@@ -161,7 +161,7 @@ def _sensor_model(
         sensor.kind.sigma_key(j).endswith("_m") and unit == "rad"
         for j, unit in enumerate(sensor.bias_units)
     )
-    sigmas, mixing = _independent(sensor)
+    sigmas, mixing = sensor.principal
     return SensorModel(
         axes[s], sigmas, tuple(terms), tuple(own), sensor.azimuth_column, metric, mixing
     )
@@ -174,18 +174,6 @@ def target_term(sensor: Sensor, name: str) -> Term | None:
     """
     term = known_terms(sensor).get(name)
     return None if term is None or (term.stamp and not sensor.cartesian) else term
-
-
-def _independent(sensor: Sensor) -> tuple[FloatArray, FloatArray | None]:
-    """Standard deviations of the components, of rotated ones where their errors correlate."""
-    covariance = getattr(sensor, "noise_covariance", None)
-    if covariance is None:
-        return sensor.sigmas, None
-    C = np.asarray(covariance)
-    if np.array_equal(C, np.diag(np.diag(C))):
-        return sensor.sigmas, None
-    variance, vectors = np.linalg.eigh(C)
-    return np.sqrt(variance), vectors.T
 
 
 def require_common(recording: Recording) -> None:

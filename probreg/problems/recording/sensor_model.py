@@ -42,9 +42,9 @@ class SensorModel:
         The component to which a heading adds.
     metric : tuple of bool, optional
         Components whose sigma is in metres whatever their unit; by default none.
-    mixing : ndarray, shape (q, q), optional
+    mixing : ndarray, shape (q, q), or None
         Rotation of the components' errors, in metres, into some that are independent: `sigmas`
-        are those of the rotated ones.
+        are those of the rotated ones. None where those of the components are.
     """
 
     axes: Axes

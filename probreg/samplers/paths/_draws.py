@@ -14,7 +14,7 @@ from probreg.arviz_adapter import Convergence
 from probreg.errors import InvalidInputError
 from probreg.posterior.path_posterior import PathPosterior
 from probreg.samplers._base import BaseDraws, scan_labels, shown, spread_out
-from probreg.samplers.mixing import unmixed_among_many
+from probreg.samplers._mixing import unmixed_among_many
 from probreg.typing import FloatArray
 from probreg.validation import sampling_run
 

@@ -40,6 +40,11 @@ class PolarSensor:
         return np.array([getattr(self, parameter) for parameter in self.kind.sigmas.values()])
 
     @property
+    def principal(self) -> tuple[FloatArray, None]:
+        """Accuracies of the components, whose errors are independent."""
+        return self.sigmas, None
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 100 m in range and 1 degree in the angles, as field radars are found."""
         return np.array([100.0, *np.full(self.dim - 1, np.deg2rad(1.0))])

@@ -60,6 +60,11 @@ class BearingSensor:
         return np.array([self.sigma_bearing])
 
     @property
+    def principal(self) -> tuple[FloatArray, None]:
+        """Accuracies of the components, whose errors are independent."""
+        return self.sigmas, None
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 1 degree."""
         return np.array([np.deg2rad(1.0)])

@@ -99,6 +99,15 @@ class PositionSensor:
         return self.sigmas.tolist()
 
     @property
+    def principal(self) -> tuple[FloatArray, FloatArray | None]:
+        """Accuracies along the principal axes of the errors, and the rotation into these."""
+        C = np.asarray(self.noise_covariance)
+        if np.array_equal(C, np.diag(np.diag(C))):
+            return self.sigmas, None
+        variance, vectors = np.linalg.eigh(C)
+        return np.sqrt(variance), vectors.T
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 100 m along each axis."""
         return np.full(self.dim, 100.0)

@@ -11,8 +11,8 @@ import numpy as np
 
 from probreg import arviz_adapter
 from probreg.arviz_adapter import Convergence
-from probreg.samplers import BaseDraws
-from probreg.samplers.mixing import unmixed
+from probreg.samplers._base import BaseDraws
+from probreg.samplers._mixing import unmixed
 from probreg.typing import FloatArray
 
 
