@@ -38,7 +38,7 @@ def offer_refused(
     if not row.size:
         return None
     finer, place = with_times(tangent.equations, whom, tangent.equations.time[row])
-    motion = model.motion(finer, point.q, point.constant_sd)
+    motion = model.motion(finer, point.density, point.constant_sd)
     # times without reports have no equations, so weights of equations are as before
     weights = point.weights[tangent.equations.report]
     smoothed = smooth_tracks(finer, motion, weights, theta - tangent.theta, covariance=True)

@@ -16,6 +16,8 @@ from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
+_BLOCK = 16_384  # reports linearised at once
+
 
 class PathPoints(NamedTuple):
     """Where targets are at a time near that of each report, in the order of the reports.
@@ -52,6 +54,8 @@ class TrackReports:
         Dimensions of the position.
     radius_m : float
         Of the earth, for the fall of level flight in a rigid frame; infinite on a plane.
+    beside : ndarray of int, shape (n,), optional
+        number of the report that each came with; its own for those that stand alone
 
     Raises
     ------
@@ -68,6 +72,7 @@ class TrackReports:
     dim: int = 2
     num_constants: int = 0
     radius_m: float = np.inf
+    beside: IntArray | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.time)
@@ -115,21 +120,22 @@ class TrackReports:
         """
         theta = finite_array("theta", theta, (self.num_biases,))
         time = self.shifted_time(theta)
-        rows = np.lexsort([np.arange(len(time)), time, self.target])
+        rows = np.lexsort([time, self.target])
         order = np.empty_like(rows)
         order[rows] = np.arange(len(rows))
         position = path.position + (time - path.time)[:, None] * path.velocity
-        counts = self._given.sum(axis=1)
-        start = np.concatenate([[0], np.cumsum(counts[rows])])
+        start = np.concatenate([[0], np.cumsum(self._place[rows, -1] + 1)])
         scalar = self._scalar(int(start[-1]))
-        # where the equation of each component stands
-        place = start[order][:, None] + np.cumsum(self._given, axis=1) - 1
+        first = start[order]
         for k, model in enumerate(self.models):
-            own = np.flatnonzero(self.sensor == k)
+            of_sensor = rows[self.sensor[rows] == k]
             m = len(model.sigmas)
-            if own.size:
+            # blocks that stay in the cache
+            for low in range(0, len(of_sensor), _BLOCK):
+                own = of_sensor[low : low + _BLOCK]
                 given = self._given[own, :m]
-                where = _Where(given, place[own, :m][given])
+                place = first[own, None] + self._place[own, :m]
+                where = _Where(given, place[given])
                 at = (position[own], path.velocity[own], self.values[own, :m])
                 _write(scalar, where, model, theta, at)
         targets = np.bincount(self.target, minlength=self.num_targets)
@@ -149,6 +155,11 @@ class TrackReports:
         for k, model in enumerate(self.models):
             given[np.flatnonzero(self.sensor == k), len(model.sigmas) :] = False
         return given
+
+    @cached_property
+    def _place(self) -> IntArray:
+        """Where the equation of each component stands among those of its report, (n, q)."""
+        return np.asarray(np.cumsum(self._given, axis=1, dtype=np.int8) - 1, dtype=np.int8)
 
     def _scalar(self, E: int) -> ScalarEquations:
         """Room for E equations."""
