@@ -126,15 +126,15 @@ class TrackReports:
         position = path.position + (time - path.time)[:, None] * path.velocity
         start = np.concatenate([[0], np.cumsum(self._place[rows, -1] + 1)])
         scalar = self._scalar(int(start[-1]))
-        first = start[order]
+        sensor = self.sensor[rows]
         for k, model in enumerate(self.models):
-            of_sensor = rows[self.sensor[rows] == k]
-            m = len(model.sigmas)
+            of_sensor, m = np.flatnonzero(sensor == k), len(model.sigmas)
             # blocks that stay in the cache
             for low in range(0, len(of_sensor), _BLOCK):
-                own = of_sensor[low : low + _BLOCK]
+                block = of_sensor[low : low + _BLOCK]
+                own = rows[block]
                 given = self._given[own, :m]
-                place = first[own, None] + self._place[own, :m]
+                place = start[block, None] + self._place[own, :m]
                 where = _Where(given, place[given])
                 at = (position[own], path.velocity[own], self.values[own, :m])
                 _write(scalar, where, model, theta, at)
