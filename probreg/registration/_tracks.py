@@ -44,7 +44,7 @@ def tracks_table(problem: RecordingProblem, fit: TrackFit) -> pd.DataFrame:
     tangent, d = point.tangent, fit.model.reports.dim
     smoothed = smooth(model, point, fit.theta, covariance=True)
     assert smoothed.covariance is not None
-    motion = model.motion(tangent.equations, point.q, point.constant_sd)
+    motion = model.motion(tangent.equations, point.density, point.constant_sd)
     covariance = add_bias_uncertainty(
         smoothed.covariance, tangent.equations, motion, fit.covariance, point.weights
     )

@@ -93,7 +93,8 @@ def test_turns_that_the_setup_does_not_expect_are_followed(monkeypatch):
     model, _ = model_of(recording, setup, wrong_share=0.05)
     fit = fit_tracks(model)
     assert fit.settled
-    assert 15.0 < fit.point.q < 35.0
+    density = fit.point.density * np.ones(fit.model.reports.num_targets)
+    assert 15.0 < np.median(density[fit.target]) < 35.0
     assert np.abs(errors(fit, truth)).max() < LIMIT
     good = (recording.target == truth.target) & ~truth.outlier
     assert (not_as_said(recording, fit)[good] > 0.5).mean() < 0.002

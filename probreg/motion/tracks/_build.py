@@ -52,9 +52,9 @@ def track_equations(
     first = _offsets("target_start", target_start, np.size(time))
     own = _offsets("report_start", report_start, np.size(scalar.y))
     n, E = int(first[-1]), int(own[-1])
-    h = finite_array("h", scalar.h, (E, None))
+    h = np.ascontiguousarray(finite_array("h", scalar.h, (E, None)))
     d = h.shape[1]
-    extra = np.zeros((E, 0)) if scalar.constants is None else scalar.constants
+    extra = np.zeros((E, 0)) if scalar.constants is None else np.asarray(scalar.constants)
     response = np.zeros((E, 0)) if scalar.response is None else scalar.response
     column = np.zeros((E, 0), dtype=int) if scalar.column is None else np.asarray(scalar.column)
     response = finite_array("response", response, (E, None))
@@ -68,7 +68,7 @@ def track_equations(
         own,
         finite_array("time", time, (n,)),
         finite_array("y", scalar.y, (E,)),
-        np.hstack([h, finite_array("constants", extra, (E, None))]),
+        h if extra.shape == (E, 0) else np.hstack([h, finite_array("constants", extra, (E, None))]),
         finite_array("variance", scalar.variance, (E,)),
         np.ascontiguousarray(column, dtype=np.int64),
         np.ascontiguousarray(response),

@@ -9,7 +9,7 @@ import numpy as np
 
 from probreg.motion.tracks._equations import Shape, TrackEquations, TrackMotion
 from probreg.motion.tracks._filter import FAST, begin, gain_of, move, predict, project, shrink
-from probreg.typing import FloatArray
+from probreg.typing import FloatArray, IntArray
 
 
 class Memory(NamedTuple):
@@ -34,12 +34,14 @@ class Memory(NamedTuple):
 
 
 class Smoothing(NamedTuple):
-    """Where the smoother writes; all but the mean may have length zero, and is then left out.
+    """Where the smoother writes; `which` and `spread` of length zero are left out.
 
     Attributes
     ----------
     mean : ndarray, shape (n, size)
-    covariance : ndarray, shape (n, size, size)
+    which : ndarray of int, shape (n,)
+        In which place the covariance of each report goes; negative if it is not wanted.
+    covariance : ndarray, shape (m, size, size)
     residual : ndarray, shape (E,)
         Of each equation against the smoothed state.
     spread : ndarray, shape (E, width)
@@ -47,6 +49,7 @@ class Smoothing(NamedTuple):
     """
 
     mean: FloatArray
+    which: IntArray
     covariance: FloatArray
     residual: FloatArray
     spread: FloatArray
@@ -195,11 +198,11 @@ def smooth_reports(
     y: FloatArray,
     out: Smoothing,
 ) -> None:
-    """Smooth all targets; parts of `out` that have length zero are left out."""
+    """Smooth all targets; see `Smoothing`."""
     size = 2 * len(shape[0]) + len(shape[1])
     memory = memory_of(equations)
     m, P, gain, time, h = memory.m, memory.P, memory.g, equations.time, equations.h
-    start, mean, covariance = equations.report_start, out.mean, out.covariance
+    start, mean, which, covariance = equations.report_start, out.mean, out.which, out.covariance
     r, N, later, work = (
         np.empty(size),
         np.empty((size, size)),
@@ -220,12 +223,10 @@ def smooth_reports(
                 last = i
                 later[:] = N
                 smoothed_mean(shape, m[i - low], P[i - low], r, mean[i])
-                if len(covariance) > 0:
-                    smoothed_covariance(shape, P[i - low], N, product, covariance[i])
             else:
                 mean[i] = mean[last]
-                if len(covariance) > 0:
-                    covariance[i] = covariance[last]
+            if len(which) > 0 and which[i] >= 0:
+                smoothed_covariance(shape, P[last - low], later, product, covariance[which[i]])
             for e in range(start[i], start[i + 1]):
                 out.residual[e] = y[e] - project(shape, h[e], mean[i])
             if len(out.spread) > 0:

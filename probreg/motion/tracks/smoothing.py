@@ -28,7 +28,7 @@ class SmoothedTracks:
         Position, velocity and the constants of the target.
     residual : ndarray, shape (E,)
         Of each equation.
-    covariance : ndarray, shape (n, size, size), or None
+    covariance : ndarray, shape (n, size, size), or (m, size, size) of those asked for, or None
     spread : ndarray, shape (E, width), or None
         h V h' of each equation with the equations of its report, in their order.
     """
@@ -45,7 +45,7 @@ def smooth_tracks(
     weights: FloatArray | None = None,
     delta: FloatArray | None = None,
     *,
-    covariance: bool = False,
+    covariance: bool | IntArray = False,
     spread: bool = False,
 ) -> SmoothedTracks:
     """Bryson-Frazier smoother of every target.
@@ -58,8 +58,10 @@ def smooth_tracks(
         Precision of each report, or equation, over the nominal one.
     delta : ndarray, shape (p,), optional
         Biases, by default zero.
-    covariance, spread : bool
-        Whether these are wanted.
+    covariance : bool or ndarray of int, shape (m,)
+        Whether it is wanted, or of which reports, each named once.
+    spread : bool
+        Whether it is wanted.
 
     References
     ----------
@@ -69,9 +71,16 @@ def smooth_tracks(
     y = equations.y if delta is None else equations.minus_biases(delta)
     n, E, size = len(equations.time), len(y), motion.start_mean.shape[1]
     width = int(np.diff(equations.report_start).max(initial=0))
+    if isinstance(covariance, bool):
+        asked = np.arange(n if covariance else 0)
+    else:
+        asked = np.asarray(covariance)
+    which = np.full(n if len(asked) else 0, -1)
+    which[asked] = np.arange(len(asked))
     out = Smoothing(
         np.empty((n, size)),
-        np.empty((n if covariance else 0, size, size)),
+        which,
+        np.empty((len(asked), size, size)),
         np.empty(E),
         np.zeros((E if spread else 0, width)),
     )
@@ -79,7 +88,7 @@ def smooth_tracks(
     return SmoothedTracks(
         out.mean,
         out.residual,
-        out.covariance if covariance else None,
+        None if covariance is False else out.covariance,
         out.spread if spread else None,
     )
 
@@ -109,8 +118,8 @@ def draw_tracks(
     noise[there] = rng.standard_normal(int(there.sum())) / np.sqrt(precision[there])
     y = equations.y if delta is None else equations.minus_biases(delta)
     n, size = states.shape
-    none = np.zeros((0, size, size))
-    out = Smoothing(np.empty((n, size)), none, np.empty(len(y)), np.zeros((0, 0)))
+    none = np.zeros(0, dtype=np.int64), np.zeros((0, size, size))
+    out = Smoothing(np.empty((n, size)), *none, np.empty(len(y)), np.zeros((0, 0)))
     smooth_reports(equations.shape, equations, motion, precision, y - observed - noise, out)
     return SmoothedTracks(states + out.mean, out.residual + noise)
 

@@ -12,7 +12,7 @@ from probreg.posterior.tracks.cavity import Judgement
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 
 REFUSED = 0.1  # expected precision below which a report says next to nothing of its target
 NEIGHBOUR_S = 12.0  # believed reports of the target on both sides, at most so far away
@@ -30,30 +30,52 @@ class Offer(NamedTuple):
 def offer_refused(
     model: TrackModel, point: Point, path: PathPoints, judged: Judgement, theta: FloatArray
 ) -> Offer | None:
-    """New identities of refused reports that fit one other target; None if there are none."""
+    """New identities of refused reports that fit one other target; None if there are none.
+
+    Reports that stand beside another go with it, and are not offered by themselves.
+    """
     tangent, reports = point.tangent, model.reports
-    refused = np.flatnonzero(judged.weight < REFUSED)
+    refused = np.flatnonzero((judged.weight < REFUSED) & _alone(reports)[tangent.rows])
     row, whom = _candidates(model, point, path, judged, refused)
     if not row.size:
         return None
     finer, place = with_times(tangent.equations, whom, tangent.equations.time[row])
-    motion = model.motion(finer, point.q, point.constant_sd)
+    motion = model.motion(finer, point.density, point.constant_sd)
     # times without reports have no equations, so weights of equations are as before
     weights = point.weights[tangent.equations.report]
-    smoothed = smooth_tracks(finer, motion, weights, theta - tangent.theta, covariance=True)
+    smoothed = smooth_tracks(finer, motion, weights, theta - tangent.theta, covariance=place)
     assert smoothed.covariance is not None
-    mean, covariance = smoothed.mean[place], smoothed.covariance[place]
+    mean, covariance = smoothed.mean[place], smoothed.covariance
     own = tangent.rows[row]
     chi2 = _misfit(reports, own, whom, theta, mean, covariance)
     best = _one_that_fits(row, chi2)
     moved = best[whom[best] != reports.target[own[best]]]
     if not moved.size:
         return None
-    d = reports.dim
-    target, position, velocity = reports.target.copy(), path.position.copy(), path.velocity.copy()
-    target[own[moved]] = whom[moved]
-    position[own[moved]], velocity[own[moved]] = mean[moved, :d], mean[moved, d : 2 * d]
-    return Offer(target, path._replace(position=position, velocity=velocity))
+    return _with_companions(reports, path, own[moved], whom[moved], mean[moved])
+
+
+def _alone(reports: TrackReports) -> BoolArray:
+    """Which reports came by themselves."""
+    n = len(reports)
+    return np.ones(n, dtype=bool) if reports.beside is None else reports.beside == np.arange(n)
+
+
+def _with_companions(
+    reports: TrackReports, path: PathPoints, own: IntArray, whom: IntArray, mean: FloatArray
+) -> Offer:
+    """Reports `own`, and those beside them, under new identities, at their new states."""
+    target, d = reports.target.copy(), reports.dim
+    time, position, velocity = (array.copy() for array in path)
+    place = np.full(len(target), -1)
+    place[own] = np.arange(len(own))
+    given = place if reports.beside is None else place[reports.beside]
+    moved = np.flatnonzero(given >= 0)
+    which = given[moved]
+    target[moved] = whom[which]
+    time[moved] = path.time[own[which]]
+    position[moved], velocity[moved] = mean[which, :d], mean[which, d : 2 * d]
+    return Offer(target, PathPoints(time, position, velocity))
 
 
 def _candidates(

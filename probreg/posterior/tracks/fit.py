@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from probreg.motion.tracks import BiasInformation, SmoothedTracks
 from probreg.posterior.tracks import steps
 from probreg.posterior.tracks._offers import offer_refused
+from probreg.posterior.tracks.accelerations import fit_acceleration
 from probreg.posterior.tracks.cavity import Judgement
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point, Solution
@@ -104,19 +105,33 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
     -------
     TrackFit
     """
-    search = _settled(model, *_begin(model), TANGENTS)
-    for _ in range(offers if model.wrong_share else 0):
-        point, theta = search.point, search.solution.theta
-        path = point.tangent.path(search.smoothed.mean)
-        offer = offer_refused(model, point, path, search.judged, theta)
+    search = _settled(model, *_begin(model))
+    for _ in range(offers if model.wrong_shares.any() else 0):
+        start = _start_of(search)
+        offer = offer_refused(model, search.point, start.path, search.judged, start.theta)
         if offer is None:
             break
+        del search  # room for the next
         model = replace(model, reports=replace(model.reports, target=offer.target))
-        del search, path  # room for the next
-        search = _settled(model, point, theta, offer.path, 1)
+        search = _settled(model, start._replace(path=offer.path), 1)
+        del start, offer
     point, theta = search.point, search.solution.theta
     del search
     return _report(model, _rest(model, point, theta, SETTLED))
+
+
+class _Start(NamedTuple):
+    """Where to linearise next: all but a tangent, arrays in the order of the recording."""
+
+    theta: FloatArray
+    path: PathPoints
+    weights: FloatArray
+    rest: dict[str, Any]
+
+    def point(self, model: TrackModel) -> Point:
+        """With the tangent there."""
+        tangent = model.reports.linearise(self.theta, self.path)
+        return Point(tangent, self.weights[tangent.rows], **self.rest)
 
 
 class _Search(NamedTuple):
@@ -130,18 +145,31 @@ class _Search(NamedTuple):
     settled: bool = False
 
 
-def _begin(model: TrackModel) -> tuple[Point, FloatArray, PathPoints]:
-    """Widened noise first: a point, biases and paths near the mode, at the first tangent.
+def _start_of(search: _Search) -> _Start:
+    """From the paths that a step has found."""
+    point = search.point
+    names = [f.name for f in fields(Point) if f.name not in ("tangent", "weights")]
+    return _Start(
+        search.solution.theta,
+        point.tangent.path(search.smoothed.mean),
+        point.weights[point.tangent.order],
+        {name: getattr(point, name) for name in names},
+    )
+
+
+def _begin(model: TrackModel) -> tuple[_Start, int]:
+    """Widened noise first, at the reports themselves: near the mode; and how many tangents follow.
 
     Of very many reports some find the biases, laws and accelerations; the others follow.
     """
     count = np.bincount(model.reports.target, minlength=len(model.start))
     among = steps.some_targets(count, steps.MANY_REPORTS)
     if among is None:
-        return _narrowed(model, _first(model), WIDENED, STEPS_EACH)
+        return _narrowed(model, _first(model), WIDENED, STEPS_EACH), TANGENTS
     part = model.of_targets(among)
-    found = _settled(part, *_narrowed(part, _first(part), WIDENED, STEPS_EACH), TANGENTS)
-    return _narrowed(model, _first(model, found), ONLY_PATHS, 1, found.solution)
+    start = _narrowed(part, _first(part), WIDENED, STEPS_EACH)
+    found = _settled(part, start, TANGENTS)
+    return _narrowed(model, _first(model, found), ONLY_PATHS, 1, found.solution), 1
 
 
 def _narrowed(
@@ -150,13 +178,13 @@ def _narrowed(
     widened: tuple[float, ...],
     each: int,
     known: Solution | None = None,
-) -> tuple[Point, FloatArray, PathPoints]:
+) -> _Start:
     """Steps as the noise shrinks to what it is."""
     for factor in widened:
         for _ in range(each):
             search = _step(model, point, factor, known)
             point = search.point
-    return point, search.solution.theta, point.tangent.path(search.smoothed.mean)
+    return _start_of(search)
 
 
 def _first(model: TrackModel, known: _Search | None = None) -> Point:
@@ -165,12 +193,12 @@ def _first(model: TrackModel, known: _Search | None = None) -> Point:
     theta = model.prior.mean if known is None else known.solution.theta
     tangent = model.reports.linearise(theta, model.guess)
     weights = np.full(len(model.reports), WIDENED[0] ** -2.0)
-    if known is not None:
-        return replace(known.point, tangent=tangent, weights=weights)
-    wrong = np.full(len(model.laws), model.wrong_share)
     generous = GENEROUS if model.acceleration_log_sd else 1.0
+    if known is not None:
+        return replace(known.point, tangent=tangent, weights=weights, livelier=generous)
     spread = np.asarray(model.constant_sd, dtype=float)
-    return Point(tangent, weights, generous * model.acceleration, model.laws, wrong, spread)
+    q = generous * model.acceleration
+    return Point(tangent, weights, q, model.laws, model.wrong_shares, spread)
 
 
 def _step(
@@ -191,19 +219,14 @@ def _step(
     return _Search(replace(after, weights=weights), point, solution, smoothed, judged)
 
 
-def _settled(
-    model: TrackModel, point: Point, theta: FloatArray, path: PathPoints, tangents: int
-) -> _Search:
+def _settled(model: TrackModel, start: _Start, tangents: int) -> _Search:
     """Steps to near rest at the tangent at a path, and again at the paths found there."""
     for again in range(tangents):
-        point = replace(point, q=steps.fit_acceleration(model, point))
-        tangent = model.reports.linearise(theta, path)
-        weights = point.weights[point.tangent.order][tangent.rows]
-        point = replace(point, tangent=tangent, weights=weights)
-        search = _rest(model, point, theta, NEARLY)
+        point = fit_acceleration(model, start.point(model), start.theta)
+        search = _rest(model, point, start.theta, NEARLY)
+        del point
         if again + 1 < tangents:
-            point, theta = search.point, search.solution.theta
-            path = point.tangent.path(search.smoothed.mean)
+            start = _start_of(search)
             del search  # room for the next
     return search
 

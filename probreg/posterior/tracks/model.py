@@ -38,9 +38,12 @@ class TrackModel:
         Density of the targets' acceleration, (m/s^2)^2 / Hz: the prior median, and its
         standard deviation in the logarithm, zero if it is known.
     acceleration_log_sd : float
-    wrong_share : float
-        Of the reports that are of another target than they say, the prior mean for each sensor;
-        zero if none are.
+    levels : tuple of float
+        How many times the common density single targets may have, from 1 up; (1.0,) if all move
+        alike. Not used if the acceleration is known.
+    wrong_share : float or tuple of float
+        Of the reports that are of another target than they say, the prior mean, for all sensors
+        or for each; zero if none are.
     area_m2 : float
         Of the scene, over which reports of other targets lie.
     start_sd : tuple of float
@@ -63,7 +66,8 @@ class TrackModel:
     unknown: tuple[frozenset[str], ...] | None = None
     acceleration: float = 1.0
     acceleration_log_sd: float = 1.5
-    wrong_share: float = 0.0
+    levels: tuple[float, ...] = (1.0, 9.0, 81.0)
+    wrong_share: float | tuple[float, ...] = 0.0
     area_m2: float = 1e11
     start_sd: tuple[float, float, float, float] = (100_000.0, 10_000.0, 350.0, 50.0)
     constant_sd: tuple[float, ...] = ()
@@ -77,8 +81,13 @@ class TrackModel:
         positive_number("acceleration_log_sd", self.acceleration_log_sd, zero=True)
         for value in (*self.start_sd, *self.constant_sd):
             positive_number("start_sd or constant_sd", value)
-        if not 0.0 <= self.wrong_share < 1.0:
-            raise InvalidInputError(f"wrong_share is {self.wrong_share}; a share below 1.")
+        wrong = np.asarray(self.wrong_share, dtype=float)
+        if wrong.shape not in ((), (S,)) or not ((wrong >= 0.0) & (wrong < 1.0)).all():
+            raise InvalidInputError(
+                f"wrong_share is {self.wrong_share}; a share below 1, or {S}, one a sensor."
+            )
+        if self.levels[:1] != (1.0,) or not (np.diff(self.levels) > 0.0).all():
+            raise InvalidInputError(f"levels are {self.levels}; from 1 up.")
         if len(self.laws) != S or not all(isinstance(law, ScaleMixture) for law in self.laws):
             raise InvalidInputError(f"{S} scale-mixture laws, one a sensor, are needed.")
         if any(not law.scale_mixture or law.componentwise for law in self.laws):
@@ -95,6 +104,11 @@ class TrackModel:
         first[reports.target[order]] = order  # the last written is the earliest
         object.__setattr__(self, "guess", guess)
         object.__setattr__(self, "start", guess.position[first])
+
+    @property
+    def wrong_shares(self) -> FloatArray:
+        """Prior share of wrong identities of each sensor."""
+        return np.full(len(self.laws), self.wrong_share)
 
     @property
     def all_clocks(self) -> FloatArray | None:
@@ -116,8 +130,10 @@ class TrackModel:
         guess = PathPoints(*(array[own] for array in self.guess))
         return replace(self, reports=reports, guess=guess)
 
-    def motion(self, equations: TrackEquations, q: float, constant_sd: FloatArray) -> TrackMotion:
-        """How targets move at a density q and a spread of the constants."""
+    def motion(
+        self, equations: TrackEquations, q: float | FloatArray, constant_sd: FloatArray
+    ) -> TrackMotion:
+        """How targets move at a density q, of all or of each, and a spread of the constants."""
         d, c = self.reports.dim, self.reports.num_constants
         level = min(d, 2)
         position, velocity = (self.start_sd[k : k + 2] for k in (0, 2))

@@ -63,7 +63,13 @@ def predict(fit: TrackFit, theta: FloatArray, targets: IntArray) -> Prediction:
     states = fit.mean[rows]
     path = PathPoints(time, states[:, :d], states[:, d : 2 * d])
     tangent = model.reports.linearise(theta, path)
-    point = replace(fit.point, tangent=tangent, weights=fit.weights[rows][tangent.rows])
+    livelier = fit.point.livelier
+    point = replace(
+        fit.point,
+        tangent=tangent,
+        weights=fit.weights[rows][tangent.rows],
+        livelier=livelier if np.ndim(livelier) == 0 else np.asarray(livelier)[targets],
+    )
     for k in range(ROUNDS):
         smoothed = smooth(model, point, theta)
         judged = judge(model, point, smoothed)

@@ -61,7 +61,7 @@ def score_missing(fit: TrackFit, candidates: Sequence[Mapping[int, ErrorTerm]]) 
     theta = np.concatenate([fit.theta, np.zeros(len(candidates))])
     old = fit.point.tangent
     tangent = reports.linearise(theta, old.path(fit.mean[old.rows]))
-    motion = model.motion(tangent.equations, fit.point.q, fit.point.constant_sd)
+    motion = model.motion(tangent.equations, fit.point.density, fit.point.constant_sd)
     weights = fit.point.weights[old.order][tangent.rows]
     found = eliminate_paths(tangent.equations, motion, len(theta), weights)
     J, eta = found.precision, found.shift

@@ -6,16 +6,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from probreg.motion.tracks import (
     LEAST_WEIGHT,
     BiasInformation,
     SmoothedTracks,
-    TrackMotion,
     eliminate_paths,
     smooth_tracks,
-    spans,
 )
 from probreg.noise import MixtureCounts, ScaleMixture
 from probreg.posterior.tracks.cavity import Judgement, judge_reports, room_for
@@ -40,6 +37,10 @@ class Point:
     laws : tuple of ScaleMixture
     wrong : ndarray, shape (sensors,)
     constant_sd : ndarray, shape (c,)
+    livelier : float or ndarray, shape (K,)
+        How many times q the acceleration of each target has.
+    shares : ndarray, shape (L,)
+        Of targets at each of the model's levels of acceleration.
     """
 
     tangent: TrackLinearisation
@@ -48,6 +49,13 @@ class Point:
     laws: tuple[ScaleMixture, ...]
     wrong: FloatArray
     constant_sd: FloatArray
+    livelier: float | FloatArray = 1.0
+    shares: FloatArray | None = None
+
+    @property
+    def density(self) -> FloatArray:
+        """Of the acceleration, of each target or of all."""
+        return np.asarray(self.q * self.livelier)
 
 
 class Solution(NamedTuple):
@@ -69,18 +77,11 @@ class Solution(NamedTuple):
     log_marginal: float
 
 
-def solve(model: TrackModel, point: Point, among: IntArray | None = None) -> Solution:
-    """Biases at which the posterior given the weights is highest; exact but for the tangent.
-
-    `among` are the targets whose reports count, by default all.
-    """
-    equations, weights = point.tangent.equations, point.weights
-    motion = model.motion(equations, point.q, point.constant_sd)
-    if among is not None:
-        weights = weights[spans(equations.target_start, among)]
-        equations = equations.of_targets(among)
-        motion = TrackMotion(*(array[among] for array in motion))
-    found = eliminate_paths(equations, motion, model.reports.num_biases, weights)
+def solve(model: TrackModel, point: Point) -> Solution:
+    """Biases at which the posterior given the weights is highest; exact but for the tangent."""
+    equations = point.tangent.equations
+    motion = model.motion(equations, point.density, point.constant_sd)
+    found = eliminate_paths(equations, motion, model.reports.num_biases, point.weights)
     J, eta = found.precision, found.shift
     together = model.all_clocks
     if together is not None:
@@ -106,7 +107,7 @@ def smooth(
 ) -> SmoothedTracks:
     """Paths given weights and biases."""
     equations = point.tangent.equations
-    motion = model.motion(equations, point.q, point.constant_sd)
+    motion = model.motion(equations, point.density, point.constant_sd)
     delta = theta - point.tangent.theta
     return smooth_tracks(
         equations, motion, point.weights, delta, covariance=covariance, spread=True
@@ -155,29 +156,8 @@ def refit(model: TrackModel, point: Point, judged: Judgement) -> Point:
         m = len(model.reports.models[s].sigmas)
         laws[s] = law.refitted(counts, m, model.unknown[s], model.laws[s])
         if wrong[s] > 0.0:
-            wrong[s] = (missed + WRONG_ROWS * model.wrong_share) / (n + WRONG_ROWS)
+            wrong[s] = (missed + WRONG_ROWS * model.wrong_shares[s]) / (n + WRONG_ROWS)
     return replace(point, laws=tuple(laws), wrong=wrong)
-
-
-def fit_acceleration(model: TrackModel, point: Point) -> float:
-    """Density of the acceleration with the highest posterior given the weights.
-
-    Of at most some 20 000 reports, which settle it to a few per cent.
-    """
-    if model.acceleration_log_sd == 0.0:
-        return model.acceleration
-    middle = float(np.log(model.acceleration))
-    among = some_targets(np.diff(point.tangent.equations.target_start), MANY_REPORTS)
-
-    def loss(log_q: float) -> float:
-        moved = replace(point, q=float(np.exp(log_q)))
-        z = (log_q - middle) / model.acceleration_log_sd
-        return 0.5 * z**2 - solve(model, moved, among).log_marginal
-
-    reach = 4.0 * model.acceleration_log_sd
-    bounds = (middle - reach, middle + reach)
-    found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"xatol": 0.01})
-    return float(np.exp(found.x))
 
 
 def some_targets(count: IntArray, most: int) -> IntArray | None:

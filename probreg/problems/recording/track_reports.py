@@ -16,6 +16,8 @@ from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
+_BLOCK = 16_384  # reports linearised at once
+
 
 class PathPoints(NamedTuple):
     """Where targets are at a time near that of each report, in the order of the reports.
@@ -158,21 +160,22 @@ class TrackReports:
         """
         theta = finite_array("theta", theta, (self.num_biases,))
         time = self.shifted_time(theta)
-        rows = np.lexsort([np.arange(len(time)), time, self.target])
+        rows = np.lexsort([time, self.target])
         order = np.empty_like(rows)
         order[rows] = np.arange(len(rows))
         position = path.position + (time - path.time)[:, None] * path.velocity
-        counts = self.given.sum(axis=1)
-        start = np.concatenate([[0], np.cumsum(counts[rows])])
+        start = np.concatenate([[0], np.cumsum(self._place[rows, -1] + 1)])
         scalar = self._scalar(int(start[-1]))
-        # where the equation of each component stands
-        place = start[order][:, None] + np.cumsum(self.given, axis=1) - 1
+        sensor = self.sensor[rows]
         for k, model in enumerate(self.models):
-            own = np.flatnonzero(self.sensor == k)
-            m = len(model.sigmas)
-            if own.size:
+            of_sensor, m = np.flatnonzero(sensor == k), len(model.sigmas)
+            # blocks that stay in the cache
+            for low in range(0, len(of_sensor), _BLOCK):
+                block = of_sensor[low : low + _BLOCK]
+                own = rows[block]
                 given = self.given[own, :m]
-                where = _Where(given, place[own, :m][given])
+                place = start[block, None] + self._place[own, :m]
+                where = _Where(given, place[given])
                 away = position[own] if self.own is None else position[own] - self.own[own]
                 at = _At(position[own], away, path.velocity[own])
                 turn = None if self.turn is None else self.turn[own]
@@ -194,6 +197,11 @@ class TrackReports:
         for k, model in enumerate(self.models):
             given[np.flatnonzero(self.sensor == k), len(model.sigmas) :] = False
         return given
+
+    @cached_property
+    def _place(self) -> IntArray:
+        """Where the equation of each component stands among those of its report, (n, q)."""
+        return np.asarray(np.cumsum(self.given, axis=1, dtype=np.int8) - 1, dtype=np.int8)
 
     def _scalar(self, E: int) -> ScalarEquations:
         """Room for E equations."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.motion.tracks import SmoothedTracks, draw_tracks
 from probreg.posterior.tracks import Judgement, Point, Solution, TrackFit, TrackModel, solve
+from probreg.posterior.tracks.accelerations import by_level, level_targets, log_prior, paths_at
 from probreg.posterior.tracks.cavity import room_for
 from probreg.posterior.tracks.steps import (
     CONSTANT_TARGETS,
@@ -93,8 +94,9 @@ def _sweep(model: TrackModel, point: Point, step: float, rng: np.random.Generato
     point, solution = _acceleration(model, point, step, rng)
     p = len(solution.theta)
     theta = solution.theta + np.linalg.cholesky(solution.covariance) @ rng.standard_normal(p)
+    point = _levels(model, point, theta, rng)
     equations = point.tangent.equations
-    motion = model.motion(equations, point.q, point.constant_sd)
+    motion = model.motion(equations, point.density, point.constant_sd)
     paths = draw_tracks(equations, motion, rng, point.weights, theta - point.tangent.theta)
     drawn = _which(model, point, paths, rng)
     point = replace(point, weights=drawn.weight)
@@ -111,13 +113,21 @@ def _acceleration(
     moved = replace(point, q=float(point.q * np.exp(step * rng.standard_normal())))
     there = solve(model, moved)
     gain = there.log_marginal - here.log_marginal
-    gain += _log_prior(model, moved.q) - _log_prior(model, point.q)
+    gain += log_prior(model, np.log(moved.q)) - log_prior(model, np.log(point.q))
     return (moved, there) if np.log(rng.random()) < gain else (point, here)
 
 
-def _log_prior(model: TrackModel, q: float) -> float:
-    z = (np.log(q) - np.log(model.acceleration)) / model.acceleration_log_sd
-    return float(-0.5 * z**2)
+def _levels(model: TrackModel, point: Point, theta: FloatArray, rng: np.random.Generator) -> Point:
+    """Draw each target's level of acceleration given the biases, paths integrated out; shares."""
+    if model.acceleration_log_sd == 0.0 or len(model.levels) == 1:
+        return point
+    assert point.shares is not None
+    odds = by_level(model, paths_at(model, point, theta), point.q) + np.log(point.shares)
+    total = np.cumsum(np.exp(odds - odds.max(axis=1, keepdims=True)), axis=1)
+    which = (total < rng.random((len(total), 1)) * total[:, -1:]).sum(axis=1)
+    counts = np.bincount(which, minlength=len(model.levels))
+    shares = rng.dirichlet(counts + level_targets(model))
+    return replace(point, livelier=np.asarray(model.levels)[which], shares=shares)
 
 
 def _acceleration_sd(fit: TrackFit) -> float:
@@ -129,7 +139,7 @@ def _acceleration_sd(fit: TrackFit) -> float:
     heights = []
     for side in (-1.0, 0.0, 1.0):
         moved = replace(point, q=float(point.q * np.exp(side * width)))
-        heights.append(solve(model, moved).log_marginal + _log_prior(model, moved.q))
+        heights.append(solve(model, moved).log_marginal + log_prior(model, np.log(moved.q)))
     bend = (2.0 * heights[1] - heights[0] - heights[2]) / width**2
     return float(1.0 / np.sqrt(max(bend, model.acceleration_log_sd**-2)))
 
@@ -169,7 +179,7 @@ def _parameters(
         m = len(model.reports.models[s].sigmas)
         laws[s] = law.draw_parameters(rng, counts, m, model.unknown[s], model.laws[s])
         if wrong[s] > 0.0:
-            prior = WRONG_ROWS * model.wrong_share
+            prior = WRONG_ROWS * model.wrong_shares[s]
             wrong[s] = rng.beta(missed + prior, n - missed + WRONG_ROWS - prior)
     spread = point.constant_sd
     if model.reports.num_constants:

@@ -11,6 +11,7 @@ from probreg.noise import Contaminated, StudentT
 from probreg.noise._scale_mixture import WEAK
 from probreg.noise.contaminated import RATE_ROWS
 from probreg.posterior.tracks import Point, TrackModel
+from probreg.posterior.tracks.accelerations import level_targets
 from probreg.posterior.tracks.steps import CONSTANT_TARGETS, WRONG_ROWS
 from probreg.prior import GaussianPrior
 from probreg.problems.recording.sensor_model import SensorModel
@@ -31,6 +32,8 @@ class Truth:
     constant_sd: np.ndarray
     states: np.ndarray
     weights: np.ndarray
+    livelier: np.ndarray
+    shares: np.ndarray
 
 
 def scale_from_prior(rng, nominal, weak=WEAK):
@@ -82,8 +85,12 @@ def draw_all(rng, about=ABOUT, targets=6, each=14, wrong_share=0.1):
     spread = np.array([scale_from_prior(rng, 60.0, CONSTANT_TARGETS)])
     theta = 100.0 * rng.standard_normal(4)
     # the order of targets and times is that of the tangent
+    shares = rng.dirichlet(level_targets(model))
+    livelier = rng.choice(model.levels, targets, p=shares)
     blank = reports.linearise(np.zeros(4), model.guess)
-    states, observed = draw_model(blank.equations, model.motion(blank.equations, q, spread), rng)
+    states, observed = draw_model(
+        blank.equations, model.motion(blank.equations, q * livelier, spread), rng
+    )
     seen = observed.reshape(n, 2)
     own = sensor[blank.rows]
     seen += np.stack([np.zeros(2), theta[:2], theta[2:]])[own]
@@ -99,7 +106,7 @@ def draw_all(rng, about=ABOUT, targets=6, each=14, wrong_share=0.1):
     back[blank.rows] = values
     model = replace(model, reports=replace(reports, values=back))
     weights = np.where(elsewhere, 0.0, precision)
-    return model, Truth(theta, q, laws, wrong, spread, states, weights)
+    return model, Truth(theta, q, laws, wrong, spread, states, weights, livelier, shares)
 
 
 def precision_from(law, rng, n):
@@ -112,4 +119,5 @@ def precision_from(law, rng, n):
 def point_at(model, truth):
     """The point of the truth: a draw from the posterior of its own data."""
     tangent = model.reports.linearise(np.zeros(4), model.guess)
-    return Point(tangent, truth.weights, truth.q, truth.laws, truth.wrong, truth.constant_sd)
+    given = truth.weights, truth.q, truth.laws, truth.wrong, truth.constant_sd
+    return Point(tangent, *given, truth.livelier, truth.shares)

@@ -12,6 +12,7 @@ from probreg.diagnostics.sbc import Ranks
 from probreg.errors import InvalidInputError
 from probreg.noise import StudentT
 from probreg.posterior.tracks import fit_tracks, solve, steps
+from probreg.posterior.tracks.accelerations import LIVELY_TARGETS, USUAL_TARGETS
 from probreg.samplers.tracks import GibbsTracks, _mode_check, check_mode
 from probreg.samplers.tracks.gibbs_tracks import _sweep
 from tests.posterior.traffic_tracks import draw, model_of
@@ -39,6 +40,7 @@ def after_sweeps(seed, about, replicates, sweeps=4, blow=1.0):
         shape = law.nu if isinstance(law, StudentT) else law.rate
         scale = law.scale if isinstance(law, StudentT) else law.core_scale
         own = [*last.theta, point.q, shape, scale, point.wrong[2], point.constant_sd[0]]
+        own.append(point.shares[2])
         found.append(own)
     return np.array(found).T
 
@@ -60,6 +62,7 @@ def p_values(found, about):
         lambda x: stats.chi2(4).sf(4.0 / x**2),
         stats.beta(1.0, 9.0).cdf,
         lambda x: stats.chi2(2).sf(2.0 * 60.0**2 / x**2),
+        stats.beta(LIVELY_TARGETS / 2, USUAL_TARGETS + LIVELY_TARGETS / 2).cdf,
     ]
     return np.array([stats.kstest(x, cdf).pvalue for x, cdf in zip(found, priors, strict=True)])
 
