@@ -16,6 +16,7 @@ from probreg.typing import FloatArray, IntArray
 
 FAR_SIGMAS = 4.0  # of a height prior, beyond which a report contradicts it
 FEW = 0.02  # of the reports
+VERTICAL = ("height", "z", "elevation")  # components
 
 
 class Beside(NamedTuple):
@@ -154,15 +155,32 @@ def against_prior(setup: Setup, heights: FloatArray) -> tuple[str, ...]:
 
 
 def heights_assumed(setup: Setup, arrays: Mapping[str, Any]) -> tuple[str, ...]:
-    """Say which sensors of two dimensions, that do not move, have no height of their own."""
+    """Say which sensors of two dimensions, that do not move, and which targets have no height."""
+    if setup.dim == 2:
+        return ()
     own = arrays.get("own_position")
     moving = set() if own is None else set(np.unique(arrays["sensor"][own.any(axis=1)]).tolist())
-    return tuple(
+    said = [
         f"the height of {sensor.name} is not given and taken as 0 m"
         for k, sensor in enumerate(setup.sensors)
-        if setup.dim == 3
-        and sensor.position is not None
+        if sensor.position is not None
         and len(sensor.position) == 2
         and sensor.name not in setup.places
         and k not in moving
+    ]
+    if setup.target_height is None and not _tells_heights(setup, arrays):
+        said.append(
+            "no report tells a height, and targets are in the air: give a target_height in the "
+            'setup, or targets = "surface" for ships and vehicles'
+        )
+    return tuple(said)
+
+
+def _tells_heights(setup: Setup, arrays: Mapping[str, Any]) -> bool:
+    """Whether any report has a component that depends on the height at first order."""
+    return any(
+        bool(np.isfinite(arrays["values"][arrays["sensor"] == k, j]).any())
+        for k, sensor in enumerate(setup.sensors)
+        for j, name in enumerate(sensor.bias_names)
+        if name in VERTICAL
     )

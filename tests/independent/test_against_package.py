@@ -60,7 +60,9 @@ def case(request, tmp_path_factory):
 def test_every_case_is_of_three_dimensions_and_complete(case):
     scene, setup = case.simulated.scene, case.reading.setup
     assert setup.dim == 3
-    assert not case.reading.notes
+    unknown = scene.positions is None and scene.barometer is None
+    assert len(case.reading.notes) == unknown
+    assert all("no report tells a height" in note for note in case.reading.notes)
     kinds = [sensor.kind.name for sensor in setup.sensors]
     assert ("barometer" in kinds) == (scene.barometer is not None)
     assert setup.target_terms == ({"range": scene.delay_sd_m} if scene.delay_sd_m else {})

@@ -170,6 +170,9 @@ def test_corrected_files_have_the_columns_they_came_with(tmp_path, column):
     np.testing.assert_allclose(
         np.linalg.norm(shift[0] - shift[1], axis=1), np.hypot(12, 7), rtol=3e-3
     )
+    # a height moves in time with the plot that it came with
+    moved_too = correct(source.recording, source.setup, theta)
+    np.testing.assert_array_equal(moved_too.time, moved_too.time[moved_too.beside])
     # what is corrected is restored, to the bits that a float can keep
     corrected = recordings.read(tmp_path / "out.csv", setup)
     back = restore(corrected.recording, corrected.setup, theta)
@@ -311,3 +314,37 @@ def test_a_radar_and_its_heights_are_one_sensor(tmp_path):
     frame = reports(aircraft())
     with pytest.raises(InvalidInputError, match=r"one sensor only \(north\)"):
         table.read(save(frame[frame["sensor"] == "north"], tmp_path / "r.csv"), alone)
+
+
+def test_equal_heights_at_one_instant_are_no_repetition_and_repeated_plots_are(tmp_path):
+    frame = reports(aircraft(40), column="flight_level", scale=100.0 * FOOT)
+    together = frame.assign(time_s=np.floor(frame["time_s"]))
+    found = table.read(save(together, tmp_path / "r.csv"), setup_of(tmp_path))
+    heights = found.recording.sensor == 3
+    same = np.unique(found.recording.time[heights], return_counts=True)[1]
+    assert (same == 2).all()
+    twice = pd.concat([together, together.iloc[[5]]])
+    with pytest.raises(InvalidInputError, match="line 122 repeats line 7"):
+        table.read(save(twice, tmp_path / "r.csv"), setup_of(tmp_path))
+
+
+def test_heights_leave_with_the_reports_they_came_with(tmp_path):
+    found = table.read(save(reports(aircraft(40)), tmp_path / "r.csv"), setup_of(tmp_path))
+    part = found.recording.only("north", "height")
+    assert len(part) == 80
+    np.testing.assert_array_equal(part.sensor[part.beside], 0)
+    assert len(found.recording.only("adsb", "height")) == 40
+
+
+def test_no_height_at_all_is_said(tmp_path):
+    frame = reports(aircraft(40)).assign(height_m=np.nan)
+    path = save(frame, tmp_path / "r.csv")
+    assert "no report tells a height" in table.read(path, setup_of(tmp_path)).notes[0]
+    known = setup_of(tmp_path, target_height="{mean_m = 9e3, sd_m = 2e3}")
+    found = table.read(path, known)
+    assert found.notes == ()
+    # and the prior's mean is where they are placed
+    recording = found.recording
+    where = recordings.places(recording, found.setup, recording.values)
+    up = LocalFrame(*NORTH).height(where)[0]
+    np.testing.assert_allclose(up, 9e3, atol=30.0)

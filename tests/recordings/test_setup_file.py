@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.recordings import Recording, Setup, setup_file, table
+from probreg.recordings import Recording, Setup, observing_axes, setup_file, table
 from probreg.sensors import (
     Barometer,
     BearingSensor,
@@ -242,6 +242,23 @@ def test_sensors_of_heights_and_what_is_usual_for_them(tmp_path):
     assert setup.biases["sure"] == ()
     assert setup.prior_sd == pytest.approx({"up.height": 100.0, "up.height_gain": 0.01})
     assert setup.dim == 3
+
+
+def test_who_is_refracted_and_how_many_dimensions_there_are(tmp_path):
+    earth = radar("a", **places(50, 8)) + radar("b", **places(50, 9), refraction='"none"')
+    setup = read(tmp_path, earth)
+    assert [setup.refracted(sensor) for sensor in setup.sensors] == [True, False]
+    sea = read(tmp_path, 'targets = "surface"\n' + earth)
+    assert (setup.dim, sea.dim) == (3, 2)
+    assert not any(sea.refracted(sensor) for sensor in sea.sensors)
+    assert read(tmp_path, radar()).dim == 2
+    assert read(tmp_path, radar() + HEIGHTS).dim == 3
+    # an origin alone is a place on the earth; a sensor in metres is refracted if it says so
+    metres = ORIGIN.format(0) + radar(refraction='"standard"') + radar("b")
+    setup = read(tmp_path, metres)
+    assert setup.dim == 3
+    assert [setup.refracted(sensor) for sensor in setup.sensors] == [True, False]
+    assert [axes.refracted for axes in observing_axes(setup)] == [True, False]
 
 
 def test_a_key_that_is_no_longer_needed_is_read_and_said(tmp_path):
