@@ -359,3 +359,23 @@ def test_a_recording_takes_bearings_beside_ranges(tmp_path):
     time = np.arange(2.0)
     recording = Recording(sensors, np.array([0, 1]), time, values, np.array([-1, -1]))
     np.testing.assert_array_equal(recording.values, values)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"places": {"x": (50.0, 8.0, 0.0)}}, r"\['x'\] are no sensors"),
+        ({"refraction": {"x": "none"}}, r"\['x'\] are no sensors"),
+        ({"geodetic": frozenset({"x"})}, r"\['x'\] are no sensors"),
+        ({"places": {"a": (50.0, 8.0, 0.0)}}, "'a' has a latitude, and the setup no origin"),
+        ({"origin": (50.0, 8.0, np.nan)}, "place of the origin"),
+        ({"targets": "land"}, "'land'; one of"),
+        ({"target_terms": {"heading": 1.0}}, "target_terms has 'heading'"),
+        ({"target_terms": {"range": -1.0}}, "target_terms of range"),
+        ({"target_height": (9e3, -1.0)}, "sd of target_height"),
+    ],
+)
+def test_setups_that_cannot_be_are_refused(changes, message):
+    sensors = (Radar2D((0.0, 0.0), 50.0, 1e-3, "a"),)
+    with pytest.raises(InvalidInputError, match=message):
+        Setup(sensors, {}, **changes)

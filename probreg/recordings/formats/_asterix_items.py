@@ -9,10 +9,10 @@ from typing import Any
 
 from probreg import extras
 from probreg.errors import InvalidInputError
+from probreg.sensors.heights import FOOT_M
 
 EDITIONS = {21: "2_7", 34: "1_29", 48: "1_32", 62: "1_20"}
 HEADER_BYTES = 3
-FOOT_M = 0.3048
 
 
 @dataclass(frozen=True)

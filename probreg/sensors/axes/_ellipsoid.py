@@ -48,15 +48,20 @@ def geodetic(x: FloatArray, origin: Origin) -> Geodetic:
     outward = (across + origin.height) * cos0 - sin0 * x[:, 1] + cos0 * x[:, 2]
     axial = (across * (1.0 - _E2) + origin.height) * sin0 + cos0 * x[:, 1] + sin0 * x[:, 2]
     ring = np.hypot(outward, x[:, 0])
-    b = EARTH_AXIS_M * (1.0 - EARTH_FLATTENING)
-    reduced = np.arctan2(axial * EARTH_AXIS_M, ring * b)
-    for _ in range(2):
-        above = axial + _E2 / (1.0 - _E2) * b * np.sin(reduced) ** 3
-        latitude = np.arctan2(above, ring - _E2 * EARTH_AXIS_M * np.cos(reduced) ** 3)
-        reduced = np.arctan2(b * np.sin(latitude), EARTH_AXIS_M * np.cos(latitude))
-    sine, cosine = np.sin(latitude), np.cos(latitude)
-    height = ring * cosine + axial * sine - EARTH_AXIS_M * np.sqrt(1.0 - _E2 * sine**2)
-    return Geodetic(latitude, np.arctan2(x[:, 0], outward), height)
+    a, b = EARTH_AXIS_M, EARTH_AXIS_M * (1.0 - EARTH_FLATTENING)
+    sine, cosine = _unit(a * axial, b * ring)  # of the reduced latitude, then of the geodetic one
+    for left in (1, 0):
+        above = axial + _E2 / (1.0 - _E2) * b * (sine * sine * sine)
+        sine, cosine = _unit(above, ring - _E2 * a * (cosine * cosine * cosine))
+        if left:
+            sine, cosine = _unit(b * sine, a * cosine)
+    height = ring * cosine + axial * sine - a * np.sqrt(1.0 - _E2 * sine**2)
+    return Geodetic(np.arctan2(sine, cosine), np.arctan2(x[:, 0], outward), height)
+
+
+def _unit(sine: FloatArray, cosine: FloatArray) -> tuple[FloatArray, FloatArray]:
+    size = np.hypot(sine, cosine)
+    return sine / size, cosine / size
 
 
 def position(place: Geodetic, origin: Origin) -> FloatArray:
