@@ -81,12 +81,12 @@ def _strongest(problem: RecordingProblem, fit: TrackFit) -> tuple[tuple[str, Ter
     named = list(_candidates(problem))
     if not named:
         return None
-    tests = score_missing(fit, [dict.fromkeys(models, term) for _, term, models in named])
+    tests = score_missing(fit, [models for _, _, models in named])
     k = int(np.argmax(tests.chi2))
     return (named[k][0], named[k][1]), float(tests.chi2[k])
 
 
-def _candidates(problem: RecordingProblem) -> Iterator[tuple[str, Term, list[int]]]:
+def _candidates(problem: RecordingProblem) -> Iterator[tuple[str, Term, dict[int, Term]]]:
     """Terms that sensors could have and do not, with the sensor models that they are of."""
     setup = problem.setup
     for s, sensor in enumerate(setup.sensors):
@@ -96,11 +96,11 @@ def _candidates(problem: RecordingProblem) -> Iterator[tuple[str, Term, list[int
                 continue
             if not given and not _of_references(term):
                 continue
-            models = [
-                m
+            models = {
+                m: known_terms(setup.sensors[own])[name]
                 for m, (own, along) in enumerate(problem.kinds)
                 if (along if term.stamp else own) == s
-            ]
+            }
             if models:
                 yield f"{term.owner}.{name}", term, models
 

@@ -54,14 +54,14 @@ def draw(known: Identified, found: TrackFit, num_draws: int, rng: np.random.Gene
     each = -(-num_draws // CHAINS)
     if check.agrees:
         theta = normal_draws(found.theta, found.covariance, (CHAINS, each), rng)
-        return Fitted(found, check, _draws(theta, MODE, names, facts))
+        return Fitted(found, check, _draws(theta, MODE, names, {**facts, "independent": 1.0}))
     if len(found.model.reports) <= MANY_REPORTS:
         theta = _chains(found, each, rng)
         return Fitted(found, check, _draws(theta, GIBBS, names, facts))
     wider = 1.0 / check.sd_ratio
     covariance = found.covariance * np.outer(wider, wider)
     theta = normal_draws(found.theta, covariance, (CHAINS, each), rng)
-    return Fitted(found, check, _draws(theta, SCALED, names, facts))
+    return Fitted(found, check, _draws(theta, SCALED, names, {**facts, "independent": 1.0}))
 
 
 def _draws(

@@ -10,11 +10,11 @@ from probreg.posterior.tracks import TrackModel
 from probreg.prior import GaussianPrior
 from probreg.problems.recording import RecordingProblem
 from probreg.problems.recording.first_guess import first_guess
+from probreg.recordings import TARGET_HEIGHT_M
 from probreg.registration._laws import LawChoice
 
 WRONG_SHARE = 0.05  # of reports that are of another target, expected; ten reports outweigh it
 START_M, CLIMB_M_S = 100_000.0, 50.0  # about where a target is first seen
-HEIGHT_M = (8_000.0, 5_000.0)  # of targets in the air, where the setup does not say
 
 
 def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
@@ -27,7 +27,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
     """
     setup, reports = problem.setup, problem.reports
     laws, unknown = _of_sensors(choice, len(reports.models))
-    mean, sd = setup.target_height or HEIGHT_M
+    mean, sd = setup.target_height or TARGET_HEIGHT_M
     return TrackModel(
         reports,
         GaussianPrior.from_sd(problem.prior_sd),

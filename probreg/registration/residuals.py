@@ -78,7 +78,8 @@ def _units(fit: TrackFit, tangent: TrackLinearisation) -> FloatArray:
         if own.size:
             where = fit.mean[own, : reports.dim]
             where = where if reports.own is None else where - reports.own[own]
-            factor[own, : len(model.sigmas)] = model.axes.observe(where).factor
+            found = model.axes.observe(where).factor
+            factor[own, : len(model.sigmas)] = np.where(found > 0.0, found, np.inf)
     return np.asarray(factor[tangent.rows][reports.given[tangent.rows]])
 
 

@@ -13,7 +13,7 @@ from probreg.errors import InvalidInputError
 from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.registration import register
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
-from tests.association.altimeter_kind import Altimeter
+from probreg.sensors import Height
 from tests.problems.test_recording import SEEN, with_bearings
 from tests.registration.conftest import fly, sensors_2d, sensors_3d
 
@@ -114,7 +114,7 @@ LONE = 4  # other aircraft, far from the two and from each other
 def stacked(apart_m, *, heights=False):
     """Aircraft 0 and 1 one above the other, seen by two radars; heights may come with plots."""
     radars_3d = sensors_3d()
-    sensors = (*radars_3d, Altimeter(30.0)) if heights else radars_3d
+    sensors = (*radars_3d, Height(30.0)) if heights else radars_3d
     parts = []
     for k, radar in enumerate(radars_3d):
         for target in range(2 + LONE):

@@ -9,9 +9,9 @@ from probreg import BearingSensor, PositionSensor, Radar2D, Radar3D, Tracker2D
 from probreg.association._placed import _reach, _Said, place
 from probreg.association._spots import Spots, between
 from probreg.recordings import Recording, Setup
+from probreg.sensors import Height
 from probreg.sensors.axes import PolarAxes
 from probreg.sensors.terms import known_terms
-from tests.association.altimeter_kind import Altimeter
 
 GATE_M = 100.0
 HERE = np.array([5e3, -2e3])
@@ -154,7 +154,7 @@ def test_heights_that_came_along_are_no_reports_of_their_own():
     values = radar.to_report(at)
     values[1] = [2e3, np.nan, np.nan]
     sensor, beside = np.array([0, 1, 0]), np.array([0, 0, 2])
-    sensors = (radar, Altimeter(30.0))
+    sensors = (radar, Height(30.0))
     none = np.full(3, -1)
     recording = Recording(sensors, sensor, np.zeros(3), values, none, beside=beside)
     found = place(recording, Setup(sensors, {"s": ("range",)}), np.zeros(1))

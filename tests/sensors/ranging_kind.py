@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from probreg.sensors import Equations, Kind
-from probreg.sensors.axes import PolarAxes
+from probreg.sensors.axes import polar_axes
 from probreg.validation import finite_array
 
 
@@ -34,6 +34,10 @@ class Ranging:
         return np.array([self.sigma_range])
 
     @property
+    def principal(self):
+        return self.sigmas, None
+
+    @property
     def bias_sd(self):
         return np.array([100.0])
 
@@ -49,8 +53,8 @@ class Ranging:
     def to_report(self, positions, own=None):
         return np.linalg.norm(self._line(positions, own), axis=1, keepdims=True)
 
-    def axes(self):
-        return PolarAxes(np.asarray(self.position, dtype=float), ("range",))
+    def axes(self, site):
+        return polar_axes(self.position, ("range",), False, site)
 
     def observe(self, reports, at=None, own=None):
         n = len(reports)

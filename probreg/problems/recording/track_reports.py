@@ -305,5 +305,7 @@ def _write(
     at_path = np.einsum("nqd,nd->nq", gradient, at.position)
     scalar.y[rows] = (model.mixed(seen.factor * off) + at_path)[given]
     scalar.h[rows] = gradient[given]
-    sd = np.where(model.metric, 1.0, seen.factor) * model.sigmas
+    # a component that says nothing there, as an azimuth on a sensor's vertical, has no lever
+    lever = np.where(seen.factor > 0.0, seen.factor, 1.0)
+    sd = np.where(model.metric, 1.0, lever) * model.sigmas
     scalar.variance[rows] = (sd**2)[given]

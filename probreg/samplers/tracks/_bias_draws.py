@@ -18,7 +18,7 @@ from probreg.typing import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class BiasDraws(BaseDraws):
-    """Draws of biases; `sampler` says how they came about.
+    """Draws of biases; `sampler` says how they came about, `facts["independent"]` if at once.
 
     Attributes
     ----------
@@ -56,6 +56,8 @@ class BiasDraws(BaseDraws):
         return arviz_adapter.convergence(self.theta)
 
     def _unmixed(self) -> list[str]:
+        if self.facts.get("independent"):
+            return []
         return unmixed(self.theta, self.names, self.convergence)
 
     def _judged(self) -> Mapping[str, FloatArray]:
