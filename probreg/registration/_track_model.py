@@ -37,7 +37,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
         wrong_share=WRONG_SHARE if len(problem.owner) > 1 else 0.0,
         area_m2=problem.area_m2,
         start_sd=(START_M, sd, setup.max_speed_m_s, CLIMB_M_S),
-        constant_sd=tuple(setup.target_terms.values()),
+        constant_sd=tuple(problem.constants.values()),
         guess=first_guess(reports, mean),
     )
 

@@ -36,6 +36,9 @@ class Kind:
     terms : tuple of str, optional
         Bias terms that are estimated unless the setup says otherwise; by default an offset of
         every report component.
+    constants : mapping of str to float
+        Terms that, unless the setup says otherwise, each target has one of its own of, with the
+        spread over targets that is expected of them, SI units.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Kind:
     others: Mapping[str, float] = field(default_factory=dict)
     beside: float | None = None
     terms: tuple[str, ...] | None = None
+    constants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def every_column(self) -> tuple[str, ...]:

@@ -46,6 +46,8 @@ class RecordingProblem:
         Target of the recording that each track is of: one that was away for long has several.
     kinds : tuple of (int, int)
         Of each sensor model, its sensor, and the one whose reports it comes with.
+    constants : dict of str to float
+        Terms of which each target has one of its own, with their expected spread, SI units.
     """
 
     recording: Recording
@@ -55,6 +57,7 @@ class RecordingProblem:
     rows: IntArray
     owner: IntArray
     kinds: tuple[tuple[int, int], ...]
+    constants: dict[str, float]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -113,9 +116,12 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
         axis=0,
         return_inverse=True,
     )
-    constants = tuple(setup.target_terms)
+    constants = _constants(setup, pairs[:, 0])
     axes = observing_axes(setup)
-    models = tuple(_sensor_model(setup, model, axes, s, along) for s, along in pairs.tolist())
+    models = tuple(
+        _sensor_model(setup, (model, tuple(constants)), axes, s, along)
+        for s, along in pairs.tolist()
+    )
     number = np.full(len(recording), -1)
     number[rows] = np.arange(len(rows))
     own = recording.own_position
@@ -134,7 +140,15 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
         None if recording.beside is None else number[beside[rows]],
     )
     kinds = tuple((int(s), int(along)) for s, along in pairs)
-    return RecordingProblem(recording, setup, model, reports, rows, owner, kinds)
+    return RecordingProblem(recording, setup, model, reports, rows, owner, kinds, constants)
+
+
+def _constants(setup: Setup, seen: IntArray) -> dict[str, float]:
+    """Terms of single targets: those of the setup, and those of the kinds that are seen."""
+    usual: dict[str, float] = {}
+    for k in np.unique(seen).tolist():
+        usual |= setup.sensors[k].kind.constants
+    return {**usual, **setup.target_terms}
 
 
 def _beside(recording: Recording) -> IntArray:
@@ -142,10 +156,14 @@ def _beside(recording: Recording) -> IntArray:
 
 
 def _sensor_model(
-    setup: Setup, model: BiasModel, axes: tuple[Axes, ...], s: int, along: int
+    setup: Setup,
+    unknown: tuple[BiasModel, tuple[str, ...]],
+    axes: tuple[Axes, ...],
+    s: int,
+    along: int,
 ) -> SensorModel:
     """Sensor s whose reports come with those of another, by whose clock they are stamped."""
-    sensor = setup.sensors[s]
+    sensor, (model, constants) = setup.sensors[s], unknown
     terms = list(zip(model.columns[s].tolist(), model.terms[s], strict=True))
     if s != along:
         clocks = zip(model.columns[along].tolist(), model.terms[along], strict=True)
@@ -153,9 +171,9 @@ def _sensor_model(
         terms += [(c, known[term.name]) for c, term in clocks if term.stamp]
     own = [
         (k, term)
-        for k, name in enumerate(setup.target_terms)
+        for k, name in enumerate(constants)
         for term in [target_term(sensor, name)]
-        if term is not None
+        if term is not None and (name in setup.target_terms or name in sensor.kind.constants)
     ]
     metric = tuple(
         sensor.kind.sigma_key(j).endswith("_m") and unit == "rad"

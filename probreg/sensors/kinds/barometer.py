@@ -17,7 +17,9 @@ from probreg.typing import FloatArray
 class Barometer(HeightSensor):
     """Heights by pressure: off by the weather, by an offset and a share of the height.
 
-    Both are common to a recording, and estimated unless the setup says otherwise.
+    Both are common to a recording, and estimated unless the setup says otherwise. Heights come in
+    steps of 25 or 100 feet, and a level flight rounds alike all the time, so what is left of the
+    height is a constant of each target.
 
     Parameters
     ----------
@@ -42,6 +44,7 @@ class Barometer(HeightSensor):
         others={"flight_level": 100.0 * FOOT_M},
         beside=10.0,
         terms=("height", "height_gain"),
+        constants={"height": 5.0},
     )
 
     @property
