@@ -209,7 +209,7 @@ def with_times(
         raise InvalidInputError("a time is before the first report of its target.")
     n = len(equations.time)
     both = np.concatenate([equations.time, when])
-    order = np.lexsort([np.arange(n + len(when)), both, np.concatenate([equations.target, whom])])
+    order = np.lexsort([both, np.concatenate([equations.target, whom])])
     counts = np.concatenate([np.diff(equations.report_start), np.zeros(len(when), dtype=int)])
     sizes = np.diff(first) + np.bincount(whom, minlength=K)
     push = equations.push
