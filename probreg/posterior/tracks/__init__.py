@@ -3,7 +3,7 @@
 from probreg.posterior.tracks.cavity import Judgement, ReportMixtures
 from probreg.posterior.tracks.fit import TrackFit, fit_tracks
 from probreg.posterior.tracks.model import TrackModel
-from probreg.posterior.tracks.score import Scores, score_missing
+from probreg.posterior.tracks.score import Scores, SpreadScores, score_missing, score_spread
 from probreg.posterior.tracks.steps import Point, Solution, judge, smooth, solve
 
 __all__ = [
@@ -12,11 +12,13 @@ __all__ = [
     "ReportMixtures",
     "Scores",
     "Solution",
+    "SpreadScores",
     "TrackFit",
     "TrackModel",
     "fit_tracks",
     "judge",
     "score_missing",
+    "score_spread",
     "smooth",
     "solve",
 ]
