@@ -11,7 +11,8 @@ from sklearn.metrics import roc_auc_score
 
 from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated, Gaussian, Huber, StudentT
-from probreg.posterior.tracks import TrackModel, fit_tracks, steps
+from probreg.posterior.tracks import TrackModel, accelerations, fit_tracks
+from probreg.posterior.tracks import fit as fit_module
 from probreg.prior import GaussianPrior
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import TrackReports
@@ -80,7 +81,8 @@ def test_without_names_that_may_be_wrong_they_pull(mixed):
 
 def test_many_reports_are_fitted_from_some(mixed, monkeypatch):
     _, _, model, fit = mixed
-    monkeypatch.setattr(steps, "MANY_REPORTS", 1500)
+    monkeypatch.setattr(fit_module, "FIRST_REPORTS", 1500)
+    monkeypatch.setattr(accelerations, "MANY_REPORTS", 1500)
     again = fit_tracks(model)
     assert np.abs((again.theta - fit.theta) / fit.sd).max() < 0.1
     np.testing.assert_allclose(again.sd, fit.sd, rtol=0.02)

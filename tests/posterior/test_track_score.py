@@ -9,7 +9,7 @@ import pytest
 
 from probreg.errors import InvalidInputError
 from probreg.noise import Gaussian
-from probreg.posterior.tracks import fit_tracks, score_missing
+from probreg.posterior.tracks import fit_tracks, score_missing, score_spread
 from probreg.prior import GaussianPrior
 from probreg.sensors.terms import known_terms
 from tests.posterior.traffic_tracks import draw, model_of
@@ -98,3 +98,36 @@ def test_candidates_of_no_sensor_are_refused():
     ):
         with pytest.raises(InvalidInputError, match=message):
             score_missing(fit, candidates)
+
+
+def delays(recording):
+    """Of transponders, in the ranges of all sensors; and azimuths of one sensor."""
+    own = [known_terms(sensor) for sensor in recording.sensors]
+    return [{k: terms["range"] for k, terms in enumerate(own)}, {1: own[1]["azimuth"]}]
+
+
+def with_delays(seed, sd):
+    """A recording of targets with delays of their own; everything else may go wrong too."""
+    recording, setup, truth = draw(seed, reports=1500, wrong_share=0.2, outlier_share=0.05)
+    model, _ = model_of(recording, setup, wrong_share=0.05)
+    own = sd * np.random.default_rng(seed).standard_normal(truth.target.max() + 1)
+    values = model.reports.values.copy()
+    values[:, 0] += own[truth.target]
+    model = replace(model, reports=replace(model.reports, values=values), guess=None)
+    return score_spread(fit_tracks(model), delays(recording))
+
+
+def test_errors_of_targets_of_their_own_are_seen():
+    scores = with_delays(21, 60.0)
+    assert scores.z[0] > 10.0
+    assert 30.0 < scores.sd[0] < 90.0
+    assert scores.z[0] > 3.0 * scores.z[1]
+
+
+def test_where_targets_have_none_the_scores_of_spreads_are_standard_normal():
+    z = np.array([with_delays(seed, 0.0).z for seed in range(20)])
+    assert np.abs(z).max() < 4.0
+    # means of twenty, a false alarm in a thousand; squares are skew, so with some room
+    assert np.abs(z.mean(axis=0)).max() < 3.5 / np.sqrt(20.0)
+    assert (z.std(axis=0) > 0.5).all()
+    assert (z.std(axis=0) < 1.7).all()

@@ -71,16 +71,11 @@ def smooth_tracks(
     y = equations.y if delta is None else equations.minus_biases(delta)
     n, E, size = len(equations.time), len(y), motion.start_mean.shape[1]
     width = int(np.diff(equations.report_start).max(initial=0))
-    if isinstance(covariance, bool):
-        asked = np.arange(n if covariance else 0)
-    else:
-        asked = np.asarray(covariance)
-    which = np.full(n if len(asked) else 0, -1)
-    which[asked] = np.arange(len(asked))
+    which, count = _places(covariance, n)
     out = Smoothing(
         np.empty((n, size)),
         which,
-        np.empty((len(asked), size, size)),
+        np.empty((count, size, size)),
         np.empty(E),
         np.zeros((E if spread else 0, width)),
     )
@@ -91,6 +86,14 @@ def smooth_tracks(
         None if covariance is False else out.covariance,
         out.spread if spread else None,
     )
+
+
+def _places(asked: bool | IntArray, n: int) -> tuple[IntArray, int]:
+    """Where the covariance of each report goes, and how many are asked for."""
+    rows = np.arange(n if asked else 0) if isinstance(asked, bool) else np.asarray(asked)
+    which = np.full(n if len(rows) else 0, -1)
+    which[rows] = np.arange(len(rows))
+    return which, len(rows)
 
 
 def draw_tracks(
@@ -209,7 +212,7 @@ def with_times(
         raise InvalidInputError("a time is before the first report of its target.")
     n = len(equations.time)
     both = np.concatenate([equations.time, when])
-    order = np.lexsort([np.arange(n + len(when)), both, np.concatenate([equations.target, whom])])
+    order = np.lexsort([both, np.concatenate([equations.target, whom])])
     counts = np.concatenate([np.diff(equations.report_start), np.zeros(len(when), dtype=int)])
     sizes = np.diff(first) + np.bincount(whom, minlength=K)
     push = equations.push

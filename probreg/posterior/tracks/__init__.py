@@ -4,7 +4,7 @@ from probreg.posterior.tracks.cavity import Judgement, ReportMixtures
 from probreg.posterior.tracks.fit import TrackFit, fit_tracks
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.prediction import LeftOut, Prediction, left_out, predict
-from probreg.posterior.tracks.score import Scores, score_missing
+from probreg.posterior.tracks.score import Scores, SpreadScores, score_missing, score_spread
 from probreg.posterior.tracks.steps import Point, Solution, judge, smooth, solve
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "ReportMixtures",
     "Scores",
     "Solution",
+    "SpreadScores",
     "TrackFit",
     "TrackModel",
     "fit_tracks",
@@ -22,6 +23,7 @@ __all__ = [
     "left_out",
     "predict",
     "score_missing",
+    "score_spread",
     "smooth",
     "solve",
 ]

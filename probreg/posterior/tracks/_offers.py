@@ -35,20 +35,17 @@ def offer_refused(
     Reports that stand beside another go with it, and are not offered by themselves.
     """
     tangent, reports = point.tangent, model.reports
-    refused = np.flatnonzero((judged.weight < REFUSED) & _alone(reports)[tangent.rows])
-    row, whom = _candidates(model, point, path, judged, refused)
-    if not row.size:
+    own, whom = _candidates(model, path, judged.weight[tangent.order])
+    if not own.size:
         return None
-    finer, place = with_times(tangent.equations, whom, tangent.equations.time[row])
+    finer, place = with_times(tangent.equations, whom, path.time[own])
     motion = model.motion(finer, point.density, point.constant_sd)
     # times without reports have no equations, so weights of equations are as before
     weights = point.weights[tangent.equations.report]
     smoothed = smooth_tracks(finer, motion, weights, theta - tangent.theta, covariance=place)
     assert smoothed.covariance is not None
     mean, covariance = smoothed.mean[place], smoothed.covariance
-    own = tangent.rows[row]
-    chi2 = _misfit(reports, own, whom, theta, mean, covariance)
-    best = _one_that_fits(row, chi2)
+    best = _one_that_fits(own, _misfit(reports, own, whom, theta, mean, covariance))
     moved = best[whom[best] != reports.target[own[best]]]
     if not moved.size:
         return None
@@ -79,20 +76,18 @@ def _with_companions(
 
 
 def _candidates(
-    model: TrackModel, point: Point, path: PathPoints, judged: Judgement, refused: IntArray
+    model: TrackModel, path: PathPoints, weight: FloatArray
 ) -> tuple[IntArray, IntArray]:
     """Pairs of a refused report and a target that passes near where the report places it."""
-    tangent = point.tangent
     assert model.guess is not None
-    believed = np.flatnonzero(judged.weight >= REFUSED)
-    believed = believed[np.argsort(tangent.equations.time[believed], kind="stable")]
-    time, position = tangent.equations.time, path.position[tangent.rows]
-    target = tangent.equations.target
+    refused = np.flatnonzero((weight < REFUSED) & _alone(model.reports))
+    believed = np.flatnonzero(weight >= REFUSED)
+    believed = believed[np.argsort(path.time[believed], kind="stable")]
     return _near_targets(
-        time[refused],
-        model.guess.position[tangent.rows[refused]],
+        path.time[refused],
+        model.guess.position[refused],
         refused,
-        (time[believed], target[believed], position[believed]),
+        (path.time[believed], model.reports.target[believed], path.position[believed]),
         len(model.start),
     )
 

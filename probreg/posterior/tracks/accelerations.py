@@ -115,7 +115,7 @@ def _on_grid(model: TrackModel, some: Paths, near: float | None) -> tuple[float,
     if near is not None:
         grid = np.clip(near + GRID * np.arange(-1, 2), low, high)
     known: dict[float, FloatArray] = {}
-    best = -np.inf, middle, np.ones(1)
+    best: tuple[float, float, FloatArray] = -np.inf, middle, np.ones(1)
     for log_q in grid:
         at = [log_q + np.log(level) for level in model.levels]
         for x in at:

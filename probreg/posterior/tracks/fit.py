@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.motion.tracks import BiasInformation, SmoothedTracks
 from probreg.posterior.tracks import steps
+from probreg.posterior.tracks._company import in_company
 from probreg.posterior.tracks._offers import offer_refused
 from probreg.posterior.tracks.accelerations import fit_acceleration
 from probreg.posterior.tracks.cavity import Judgement
@@ -18,8 +19,9 @@ from probreg.problems.recording.track_reports import PathPoints
 from probreg.typing import FloatArray, IntArray
 
 WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused too early
-STEPS_EACH = 4
-ONLY_PATHS = (30.0, 5.0, 1.0)  # where biases and laws are known from some of the targets
+STEPS_EACH = 2
+FIRST_REPORTS = 8_000  # enough to come near the mode of many
+ONLY_PATHS = (10.0, 1.0)  # where biases and laws are known from some of the targets
 GENEROUS = 9.0  # acceleration at first, over the prior's: weights of zero absorb
 SETTLED = 0.02  # posterior standard deviations of a last step,
 NEARLY = 0.3  # and of one after which tangent or identities change
@@ -163,7 +165,7 @@ def _begin(model: TrackModel) -> tuple[_Start, int]:
     Of very many reports some find the biases, laws and accelerations; the others follow.
     """
     count = np.bincount(model.reports.target, minlength=len(model.start))
-    among = steps.some_targets(count, steps.MANY_REPORTS)
+    among = steps.some_targets(count, FIRST_REPORTS)
     if among is None:
         return _narrowed(model, _first(model), WIDENED, STEPS_EACH), TANGENTS
     part = model.of_targets(among)
@@ -193,6 +195,8 @@ def _first(model: TrackModel, known: _Search | None = None) -> Point:
     theta = model.prior.mean if known is None else known.solution.theta
     tangent = model.reports.linearise(theta, model.guess)
     weights = np.full(len(model.reports), WIDENED[0] ** -2.0)
+    if model.wrong_shares.any():
+        weights[~in_company(model, tangent)] = 0.0
     generous = GENEROUS if model.acceleration_log_sd else 1.0
     if known is not None:
         return replace(known.point, tangent=tangent, weights=weights, livelier=generous)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.motion.tracks import eliminate_paths
+from probreg.motion.tracks import BiasInformation, eliminate_paths
 from probreg.posterior.tracks.fit import TrackFit
 from probreg.problems.recording.sensor_model import ErrorTerm
 from probreg.problems.recording.track_reports import TrackReports
@@ -57,13 +57,7 @@ def score_missing(fit: TrackFit, candidates: Sequence[Mapping[int, ErrorTerm]]) 
     Rao, "Large sample tests of statistical hypotheses" (1948).
     """
     model, p = fit.model, len(fit.theta)
-    reports = _with(model.reports, candidates)
-    theta = np.concatenate([fit.theta, np.zeros(len(candidates))])
-    old = fit.point.tangent
-    tangent = reports.linearise(theta, old.path(fit.mean[old.rows]))
-    motion = model.motion(tangent.equations, fit.point.density, fit.point.constant_sd)
-    weights = fit.point.weights[old.order][tangent.rows]
-    found = eliminate_paths(tangent.equations, motion, len(theta), weights)
+    found = _with_candidates(fit, candidates)
     J, eta = found.precision, found.shift
     prior = np.linalg.inv(model.prior.covariance)
     own = J[:p, :p] + prior
@@ -79,6 +73,70 @@ def score_missing(fit: TrackFit, candidates: Sequence[Mapping[int, ErrorTerm]]) 
         np.where(known, slope / safe, 0.0),
         np.where(known, 1.0 / np.sqrt(safe), np.inf),
     )
+
+
+class SpreadScores(NamedTuple):
+    """What reports say of errors that belong to targets, each alone.
+
+    Attributes
+    ----------
+    z : ndarray, shape (c,)
+        Near standard normal where targets have none, large where they have. Far below zero, as
+        for clocks of all sensors together, where paths take the constant's effect.
+    sd : ndarray, shape (c,)
+        One step's estimate of their standard deviation over the targets.
+    """
+
+    z: FloatArray
+    sd: FloatArray
+
+
+def score_spread(fit: TrackFit, candidates: Sequence[Mapping[int, ErrorTerm]]) -> SpreadScores:
+    """Score tests of constants of targets, whose variance is zero if targets have none.
+
+    Parameters
+    ----------
+    fit : TrackFit
+    candidates : sequence of mapping of int to ErrorTerm
+        For each candidate the sensors, by number, that have it, with one coefficient a target.
+
+    Returns
+    -------
+    SpreadScores
+
+    Raises
+    ------
+    InvalidInputError
+        As `score_missing`.
+
+    References
+    ----------
+    Verbeke and Molenberghs, "The use of score tests for inference on variance components",
+    Biometrics 59 (2003).
+    """
+    p = len(fit.theta)
+    found = _with_candidates(fit, candidates)
+    J, slope = found.precision_by_target, found.shift_by_target[:, p:]
+    # estimated biases take a part of each target's slope
+    taken = np.einsum("kcp,pq,kcq->kc", J[:, p:, :p], fit.covariance, J[:, p:, :p])
+    own = np.maximum(np.einsum("kcc->kc", J[:, p:, p:]) - taken, 0.0)
+    beyond = (slope**2 - own).sum(axis=0)
+    whole = (own**2).sum(axis=0)
+    safe = np.where(whole > 0.0, whole, 1.0)
+    return SpreadScores(beyond / np.sqrt(2.0 * safe), np.sqrt(np.maximum(beyond / safe, 0.0)))
+
+
+def _with_candidates(
+    fit: TrackFit, candidates: Sequence[Mapping[int, ErrorTerm]]
+) -> BiasInformation:
+    """Of biases and candidates together, at the fit and zero."""
+    model, old = fit.model, fit.point.tangent
+    reports = _with(model.reports, candidates)
+    theta = np.concatenate([fit.theta, np.zeros(len(candidates))])
+    tangent = reports.linearise(theta, old.path(fit.mean[old.rows]))
+    motion = model.motion(tangent.equations, fit.point.density, fit.point.constant_sd)
+    weights = fit.point.weights[old.order][tangent.rows]
+    return eliminate_paths(tangent.equations, motion, len(theta), weights)
 
 
 def _with(reports: TrackReports, candidates: Sequence[Mapping[int, ErrorTerm]]) -> TrackReports:
