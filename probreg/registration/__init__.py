@@ -10,8 +10,10 @@ from probreg.registration._observed import Determined
 from probreg.registration._registration import Registration, Verdict
 from probreg.registration._run import STEPS, register
 from probreg.registration._terms import RankedTerms, compare_terms
+from probreg.registration._track_model import HEIGHT_M
 
 __all__ = [
+    "HEIGHT_M",
     "LAWS",
     "STEPS",
     "BiasDraws",

@@ -98,6 +98,6 @@ def register(
         left_out=_remarks.refused(known.problem, found),
         noise_scale=checks.noise_scale,
         accuracies=tuple(checks.accuracies),
-        notes=_remarks.remarks(known, chosen, fitted, scored, checks),
+        notes=_remarks.remarks(known, chosen, fitted, scored, checks, missing),
         seconds=clock.seconds,
     )
