@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from probreg.page._style import AFTER, BEFORE, GRID, LETTER, TEXT, Panel, Room, panel
 from probreg.page._units import SHOWN, number
@@ -121,15 +121,18 @@ def held_out(scored: HeldOut) -> list[Panel]:
             after: FloatArray = after,
             edges: FloatArray = edges,
             unit: str = unit,
+            wide: float = float(high / low),
         ) -> None:
             for values, colour, label in ((before, BEFORE, "before"), (after, AFTER, "after")):
                 counts, _ = np.histogram(values, edges)
                 axes.stairs(counts, edges, fill=True, color=colour, alpha=0.3)
                 axes.stairs(counts, edges, color=colour, lw=1.3, label=label)
             axes.set(xscale="log", xlabel=f"residual of a report, {unit}", ylabel="reports")
-            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_locator(
+                LogLocator(subs=(1.0, 2.0, 5.0) if wide < 300.0 else (1.0,))
+            )
             axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.xaxis.set_minor_locator(NullLocator())
             axes.legend()
 
         words = (

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from probreg.registration import Registration
 from probreg.sensors.terms import known_terms
 
@@ -21,7 +23,7 @@ class NoiseKind(NamedTuple):
     parameters : mapping of str to float
         Of the law, at the mode.
     wrong : float
-        Share of reports that are of another target than they say.
+        Expected share of reports that are of another target than they say.
     """
 
     sensor: int
@@ -32,10 +34,11 @@ class NoiseKind(NamedTuple):
 
 def noise_kinds(registration: Registration) -> list[NoiseKind]:
     """Noise of every sensor, and apart of reports that came with those of another."""
-    sensors, point = registration.recording.sensors, registration.fit.point
+    sensors, fit, problem = registration.recording.sensors, registration.fit, registration.problem
+    other = np.where(fit.target != problem.reports.target, 1.0, fit.wrong)
     found = []
-    kinds = zip(registration.problem.kinds, point.laws, point.wrong.tolist(), strict=True)
-    for (own, along), law, wrong in kinds:
+    for k, ((own, along), law) in enumerate(zip(problem.kinds, fit.point.laws, strict=True)):
+        wrong = float(other[problem.reports.sensor == k].mean())
         name = sensors[own].name
         name = name if own == along else f"{name}, with {sensors[along].name}"
         parameters = {key: float(getattr(law, key)) for key in law.supports}

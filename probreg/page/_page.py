@@ -18,6 +18,7 @@ from probreg.page._words import Sentence, matters, sentences
 from probreg.problems.observability import Observability
 from probreg.recordings import places
 from probreg.registration import HeldOut, RankedTerms, Registration
+from probreg.typing import IntArray
 
 
 def render(
@@ -120,19 +121,29 @@ def _reports(registration: Registration) -> dict[str, Any]:
     recording, found = registration.recording, registration.components
     after = registration.residuals
     before = places(recording, registration.setup, recording.values)
+    target, label = _believed(registration), partial(_tables.label, registration)
     scored = registration.held_out
     return {
         "held_out": _tables.held_out(registration),
         "medians": _medians(scored),
         "held_out_panels": [] if scored is None else _figures.held_out(scored),
-        "overview": _scene.overview(recording, after),
-        "maps": _scene.maps(recording, before, after, partial(_tables.label, registration)),
+        "overview": _scene.overview(recording, target, after),
+        "maps": _scene.maps(recording, target, before, after, label),
         "residuals": _tables.residuals(found),
         "residual_panels": _scene.against(recording, after, found),
         "all_components": len(found) <= _scene.COMPONENTS,
         "dots": _scene.DOTS,
         "most": _scene.MOST,
     }
+
+
+def _believed(registration: Registration) -> IntArray:
+    """Target (n,) that each report of the recording is believed to be of, -1 for none."""
+    problem, fit = registration.problem, registration.fit
+    target = np.full(len(registration.recording), -1)
+    good = fit.wrong <= 0.5
+    target[problem.rows[good]] = problem.owner[fit.target[good]]
+    return target
 
 
 def _medians(scored: HeldOut | None) -> list[str] | None:

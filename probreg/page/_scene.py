@@ -107,9 +107,9 @@ def binned(across: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     return 0.5 * (edges[1:] + edges[:-1]), medians
 
 
-def overview(recording: Recording, after: Residuals) -> Panel:
+def overview(recording: Recording, target: IntArray, after: Residuals) -> Panel:
     """Where the reports and the sensors are."""
-    known = some(np.flatnonzero(_placed(recording, after)), OVERVIEW)
+    known = some(np.flatnonzero(_placed(target, after)), OVERVIEW)
     names = [sensor.name for sensor in recording.sensors]
 
     def draw(axes: Axes) -> None:
@@ -133,15 +133,15 @@ def overview(recording: Recording, after: Residuals) -> Panel:
     return panel(draw, words, size=(5.6, 4.6), room=Room(right=beside))
 
 
-def _placed(recording: Recording, after: Residuals) -> BoolArray:
-    return (recording.target >= 0) & np.isfinite(after.where[:, 0])
+def _placed(target: IntArray, after: Residuals) -> BoolArray:
+    return (target >= 0) & np.isfinite(after.where[:, 0])
 
 
-def pieces(recording: Recording, after: Residuals) -> list[IntArray]:
+def pieces(recording: Recording, target: IntArray, after: Residuals) -> list[IntArray]:
     """Reports of the best covered half minutes of some targets, in order of time."""
-    known = np.flatnonzero(_placed(recording, after))
+    known = np.flatnonzero(_placed(target, after))
     piece = ((recording.time[known] - recording.time[0]) // PIECE_S).astype(np.int64)
-    key = recording.target[known] * (piece.max(initial=0) + 1) + piece
+    key = target[known] * (piece.max(initial=0) + 1) + piece
     label, group = np.unique(key, return_inverse=True)
     counts = np.zeros((len(label), len(recording.sensors)), dtype=np.int64)
     np.add.at(counts, (group, recording.sensor[known]), 1)
@@ -156,15 +156,20 @@ def pieces(recording: Recording, after: Residuals) -> list[IntArray]:
 
 
 def maps(
-    recording: Recording, before: FloatArray, after: Residuals, name: Callable[[int], str]
+    recording: Recording,
+    target: IntArray,
+    before: FloatArray,
+    after: Residuals,
+    name: Callable[[int], str],
 ) -> list[tuple[str, list[Panel]]]:
     """Half a minute of some targets before and after correction, on equal scales.
 
-    `before` are the places (n, d) of the reports as they came.
+    `target` is whose each report (n,) is believed to be, -1 for none; `before` are the places
+    (n, d) of the reports as they came.
     """
     out = []
-    for rows in pieces(recording, after):
-        title = f"target {name(int(recording.target[rows[0]]))}"
+    for rows in pieces(recording, target, after):
+        title = f"target {name(int(target[rows[0]]))}"
         both = 1e-3 * np.concatenate([before[rows, :2], after.where[rows, :2]])
         # wild reports would shrink the rest
         low, high = np.quantile(both, [0.03, 0.97], axis=0)

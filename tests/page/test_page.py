@@ -185,6 +185,33 @@ def test_every_section_is_there(page, text):
     assert "reports.parquet" in text
 
 
+def test_one_law_is_marked_as_used_and_its_parameters_are_by_sensor(page, done):
+    noise = json.loads((done.result / "biases.json").read_text())["noise"]
+    head, *laws = page.tables["law-table"]
+    assert head[-1] == "used"
+    assert [law[0] for law in laws if law[-1] == "yes"] == [noise["law"]]
+    head, *rows = page.tables["noise-table"]
+    assert [row[0] for row in rows] == [one["sensor"] for one in noise["sensors"]]
+    for row, one in zip(rows, noise["sensors"], strict=True):
+        for name, value in one["parameters"].items():
+            assert row[head.index(name)] == pytest.approx(value)
+
+
+def test_suspects_are_reports_of_the_file(page, done):
+    reports = pd.read_csv(done.demo / "reports.csv")
+    judged = pd.read_parquet(done.result / "reports.parquet").set_index("report")
+    _, *rows = page.tables["suspect-table"]
+    assert 0 < len(rows) <= 20
+    for line, sensor, time, target, *_, fits in rows:
+        number = int(line.removeprefix("line ")) - 2
+        assert sensor == reports.sensor[number]
+        assert time == pytest.approx(reports.time_s[number], abs=1e-6)
+        assert target == str(reports.target[number])
+        one = judged.loc[number]
+        assert one.moved or one.wrong + one.outlier > 0.5
+        assert fits == (one.target if one.moved else "none")
+
+
 def test_the_page_takes_the_residuals_that_registration_has(monkeypatch, tmp_path):
     calls = []
 
