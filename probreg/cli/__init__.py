@@ -21,7 +21,7 @@ from probreg.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from probreg.page import Provenance
-    from probreg.recordings import Reading
+    from probreg.recordings import Reading, Setup
     from probreg.registration import LawChoice, RankedTerms, Registration
 
 EXIT_CODES = (
@@ -29,8 +29,8 @@ EXIT_CODES = (
     f"{BAD_INPUT} input that cannot be used, said in one sentence; nothing written. "
     "2 wrong usage. "
     f"{WARNINGS} done, but with warnings that matter (a limit is exceeded, the data do not "
-    "determine a bias, the draws have not converged, held-out targets got worse): read them "
-    "before using the numbers. "
+    "determine a bias, a term is missing, the draws have not converged, held-out targets got "
+    "worse): read them before using the numbers. "
     f"{INTERRUPTED} interrupted; nothing written."
 )
 
@@ -91,8 +91,8 @@ class Request(NamedTuple):
     law: Annotated[
         list[str] | None,
         typer.Option(
-            help="Noise law; may be repeated, several are compared. Known: {known}. Default: "
-            "{compared}."
+            help="Noise law; may be repeated: of several the first that is as good as the best is "
+            "used. Known: {known}. Default: {compared}, the simplest first."
         ),
     ] = None
     draws: Annotated[int, typer.Option(min=100, help="Posterior draws.")] = 2_000
@@ -121,8 +121,8 @@ class Request(NamedTuple):
 def register(request: Request) -> None:
     """Estimate the biases of the sensors of a recording.
 
-    Writes report.html, biases.csv, biases.json, posterior.nc, the corrected recording and
-    manifest.json into a folder, all of them or none.
+    Writes report.html, biases.csv, biases.json, tracks.parquet, reports.parquet, posterior.nc,
+    the corrected recording and manifest.json into a folder, all of them or none.
     """
     with plain_errors():
         found = _register(request)
@@ -136,19 +136,17 @@ def _register(request: Request) -> Registration:
     with progress(request.quiet, request.compare) as told:
         import numpy as np
 
-        from probreg import page, recordings
+        from probreg import page
         from probreg import registration as chain
-        from probreg.recordings import setup_file
 
         with page.result_folder(request.out, "register", overwrite=request.overwrite) as part:
             page.check_writable(part)
             rng = np.random.default_rng(seed)
             laws = _laws(request.law)
             options: dict[str, Any] = {"num_draws": request.draws, "holdout": request.holdout}
-            setup = setup_file.read(sensors)
-            source = recordings.read(recording, setup, trust_units=request.trust_units)
+            source, setup = _read(recording, sensors, request.trust_units)
             told("read")
-            reports, setup = source.recording, source.setup
+            reports = source.recording
             found = chain.register(reports, setup, rng=rng, laws=laws, on_step=told, **options)
             terms = _compared(found, rng) if request.compare else []
             told("terms")
@@ -157,6 +155,15 @@ def _register(request: Request) -> Registration:
             page.fill(found, part, source=source, provenance=provenance, terms=terms)
             told("report")
     return found
+
+
+def _read(recording: Path, sensors: Path, trust_units: bool) -> tuple[Reading, Setup]:
+    """A recording, and the setup under which its reports stand."""
+    from probreg import recordings
+    from probreg.recordings import setup_file
+
+    source = recordings.read(recording, setup_file.read(sensors), trust_units=trust_units)
+    return source, source.setup
 
 
 def _provenance(
@@ -169,15 +176,28 @@ def _provenance(
 
 
 def _laws(names: list[str] | None) -> tuple[LawChoice, ...]:
-    """The laws named, by default those that registration compares."""
+    """The laws named, by default those that registration compares.
+
+    Raises
+    ------
+    InvalidInputError
+        A law that tracks cannot take.
+    """
+    import probreg.noise
+    from probreg.discovery import public_classes
     from probreg.registration import LAWS, known_laws
 
     if not names:
         return LAWS
-    known = known_laws()
-    strange = [name for name in names if name not in known]
-    if strange:
-        raise typer.BadParameter(f"no law {strange[0]!r}; known: {', '.join(known)}.")
+    known, every = known_laws(), public_classes(probreg.noise)
+    for name in names:
+        if name not in every:
+            raise typer.BadParameter(f"no law {name!r}; known: {', '.join(known)}.")
+        if name not in known:
+            raise InvalidInputError(
+                f"the law {name} is no sum of Gaussians over whole reports, which tracks need; "
+                f"take one of {', '.join(known)}."
+            )
     return tuple(known[name] for name in names)
 
 
@@ -231,13 +251,10 @@ def _change(
     name: str, recording: Path, sensors: Path, biases: Path, out: Path, trust_units: bool
 ) -> None:
     from probreg import recordings
-    from probreg.recordings import setup_file
 
     if out.exists():
         raise InvalidInputError(f"{out} is there already; name another file, or remove it.")
-    setup = setup_file.read(sensors)
-    source = recordings.read(recording, setup, trust_units=trust_units)
-    setup = source.setup
+    source, setup = _read(recording, sensors, trust_units)
     theta = recordings.read_biases(biases, recordings.bias_model(setup).names)
     recordings.write_changed(out, source, setup, theta, getattr(recordings, name))
 

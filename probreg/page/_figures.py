@@ -7,15 +7,15 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from probreg.page._style import AFTER, BEFORE, GRID, TEXT, Panel, panel
+from probreg.page._style import AFTER, BEFORE, GRID, LETTER, TEXT, Panel, Room, panel
 from probreg.page._units import SHOWN, number
 from probreg.registration import HeldOut, Registration
 from probreg.typing import FloatArray
 
-PAIRS = 5  # unknowns whose pairs are drawn
-DOTS = 800  # draws in a scatter
+PAIRS = 4  # unknowns whose pairs are drawn
+DOTS = 500  # draws in a scatter
 BINS = 40
 
 
@@ -104,13 +104,13 @@ def held_out(scored: HeldOut) -> list[Panel]:
     """Histograms of the residuals of targets held out, in metres and standard deviations."""
     kinds = (
         ("m", "metres", scored.before_m, scored.after_m),
-        ("sd", "declared standard deviations", scored.before_sd, scored.after_sd),
+        ("sd", "standard deviations", scored.before_sd, scored.after_sd),
     )
     found = []
     for symbol, unit, *pair in kinds:
         before, after = (values[np.isfinite(values)] for values in pair)
         if not before.size:
-            continue  # rows with bearings are not in metres
+            continue
         both = np.concatenate([before, after])
         low, high = np.quantile(both[both > 0.0], [0.002, 0.998])
         edges = np.geomspace(low, high, int(np.clip(2.0 * np.sqrt(len(after)), 8, BINS)))
@@ -121,15 +121,18 @@ def held_out(scored: HeldOut) -> list[Panel]:
             after: FloatArray = after,
             edges: FloatArray = edges,
             unit: str = unit,
+            wide: float = float(high / low),
         ) -> None:
             for values, colour, label in ((before, BEFORE, "before"), (after, AFTER, "after")):
                 counts, _ = np.histogram(values, edges)
                 axes.stairs(counts, edges, fill=True, color=colour, alpha=0.3)
                 axes.stairs(counts, edges, color=colour, lw=1.3, label=label)
-            axes.set(xscale="log", xlabel=f"residual of a row, {unit}", ylabel="rows")
-            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.set(xscale="log", xlabel=f"residual of a report, {unit}", ylabel="reports")
+            axes.xaxis.set_major_locator(
+                LogLocator(subs=(1.0, 2.0, 5.0) if wide < 300.0 else (1.0,))
+            )
             axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.xaxis.set_minor_locator(NullLocator())
             axes.legend()
 
         words = (
@@ -166,4 +169,5 @@ def heat_map(registration: Registration) -> Panel:
     if n > 1:
         words += f" The strongest is {values[i, j]:+.2f}, of {names[i]} and {names[j]}."
     side = float(np.clip(1.8 + 0.5 * n, 3.2, 9.0))
-    return panel(draw, words, size=(side, side))
+    aside = LETTER * max(map(len, names)) + 0.2
+    return panel(draw, words, size=(side, side), room=Room(left=aside, bottom=0.87 * aside))

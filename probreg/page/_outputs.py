@@ -12,14 +12,14 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.page._folder import MANIFEST
+from probreg.page._noise import noise_kinds, target_spreads
 from probreg.page._provenance import Provenance, checksum, versions
 from probreg.page._units import SHOWN
 from probreg.page._words import matters
 from probreg.registration import RankedTerms, Registration
 
-MOST_LIKELIHOODS = 5_000_000  # rows times draws kept in posterior.nc
-POSTERIOR = "posterior.nc"
-JSON_FORMAT = 1
+POSTERIOR, TRACKS, REPORTS = "posterior.nc", "tracks.parquet", "reports.parquet"
+JSON_FORMAT = 2
 
 
 def bias_rows(registration: Registration) -> list[dict[str, Any]]:
@@ -65,26 +65,15 @@ def write_csv(path: Path, registration: Registration) -> None:
 
 def write_json(path: Path, registration: Registration, terms: Sequence[RankedTerms] = ()) -> None:
     """Biases and all that was found about them, SI units."""
-    draws, first = registration.draws, len(registration.names)
-    interval = draws.interval(0.9)
     content = {
         "format": JSON_FORMAT,
         "units": "SI: metres, radians, seconds; report = truth + bias + noise",
         "biases": bias_rows(registration),
         "covariance": registration.covariance.tolist(),
         "correlation": registration.correlation.tolist(),
-        "noise": {
-            "law": registration.laws[0].name,
-            "parameters": {
-                draws.names[k]: {
-                    "mean": float(draws.mean[k]),
-                    "low_90": float(interval[k, 0]),
-                    "high_90": float(interval[k, 1]),
-                }
-                for k in range(first, len(draws.names))
-            },
-        },
+        "noise": noise(registration),
         "laws": [law._asdict() for law in registration.laws],
+        "missing_terms": [term._asdict() for term in registration.missing],
         "bias_models": [one._asdict() for one in terms],
         "hidden": registration.determined.hidden,
         "weak": registration.determined.weak,
@@ -92,6 +81,20 @@ def write_json(path: Path, registration: Registration, terms: Sequence[RankedTer
         "remarks": list(registration.notes),
     }
     write_text(path, content)
+
+
+def noise(registration: Registration) -> dict[str, Any]:
+    """The law used, its parameters by sensor, how targets accelerate and err on their own."""
+    sensors = [
+        {"sensor": kind.name, "parameters": dict(kind.parameters), "wrong_identities": kind.wrong}
+        for kind in noise_kinds(registration)
+    ]
+    return {
+        "law": registration.law,
+        "sensors": sensors,
+        "acceleration_m_s2": float(np.sqrt(registration.fit.point.q)),
+        "target_terms": {name: sd for name, _, _, sd in target_spreads(registration)},
+    }
 
 
 def write_text(path: Path, content: Any) -> None:
@@ -134,13 +137,18 @@ def check_writable(folder: Path) -> None:
 
 
 def write_posterior(path: Path, registration: Registration) -> None:
-    """Draws as netCDF for ArviZ; the likelihood of every row where it is not too large."""
+    """Draws as netCDF for ArviZ."""
     draws = registration.draws
-    size = len(draws.flat) * len(registration.problem.plan)
-    data = draws.to_arviz(log_likelihood=size <= MOST_LIKELIHOODS)
+    data = draws.to_arviz()
     for name, unit in zip(draws.names, draws.units, strict=True):
         data["posterior"][name.replace(" ", "_")].attrs["units"] = unit
     data.to_netcdf(str(path), engine="h5netcdf")
+
+
+def write_tables(folder: Path, registration: Registration) -> None:
+    """Reconstructed trajectories, and every report against them."""
+    registration.tracks().to_parquet(folder / TRACKS, index=False)
+    registration.reports().to_parquet(folder / REPORTS, index=False)
 
 
 def write_manifest(
@@ -153,13 +161,15 @@ def write_manifest(
         **dataclasses.asdict(provenance),
         "seconds": {**registration.seconds, "report": report_s},
         "checks": {
-            "rows": len(registration.problem.plan),
+            "reports": len(registration.problem.rows),
+            "tracks": len(registration.problem.owner),
             "reports_used": registration.used,
-            "law": registration.laws[0].name,
+            "law": registration.law,
             "sampler": draws.sampler,
             "r_hat": float(np.max(found.r_hat)),
             "effective_draws": float(np.min([found.ess_bulk, found.ess_tail])),
-            "pareto_k": draws.facts.get("pareto_k"),
+            "sd_ratio": draws.facts.get("sd_ratio"),
+            "shift": draws.facts.get("shift"),
             "warnings": matters(registration),
         },
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import resources
 from typing import Any
 
@@ -15,7 +16,9 @@ from probreg.page._provenance import Provenance, versions
 from probreg.page._units import Number, number
 from probreg.page._words import Sentence, matters, sentences
 from probreg.problems.observability import Observability
+from probreg.recordings import places
 from probreg.registration import HeldOut, RankedTerms, Registration
+from probreg.typing import IntArray
 
 
 def render(
@@ -74,7 +77,7 @@ def _header(registration: Registration, provenance: Provenance) -> dict[str, Any
         "reports": len(recording),
         "targets": len(np.unique(recording.target[recording.target >= 0])),
         "duration": str(duration),
-        "rows": len(registration.problem.plan),
+        "tracks": len(registration.problem.owner),
     }
 
 
@@ -100,8 +103,9 @@ def _found(registration: Registration) -> dict[str, Any]:
         "equations": told.observability.equations,
         "strength": _strength(told.observability),
         "convergence": _tables.convergence(registration),
-        "priors": _tables.priors(registration.posterior),
-        "pareto_k": registration.draws.facts.get("pareto_k"),
+        "priors": _tables.priors(registration),
+        "facts": registration.draws.facts,
+        "sampler": registration.draws.sampler,
         "draw_warnings": registration.draws.warnings,
     }
 
@@ -115,43 +119,48 @@ def _strength(found: Observability) -> str | None:
 def _reports(registration: Registration) -> dict[str, Any]:
     """What concerns single reports, before and after correction."""
     recording, found = registration.recording, registration.components
-    before, after = registration.residuals_before, registration.residuals
-    labels = recording.labels
-
-    def label(target: int) -> str:
-        return labels[target] if target < len(labels) else str(target)
-
+    after = registration.residuals
+    before = places(recording, registration.setup, recording.values)
+    target, label = _believed(registration), partial(_tables.label, registration)
     scored = registration.held_out
     return {
         "held_out": _tables.held_out(registration),
         "medians": _medians(scored),
         "held_out_panels": [] if scored is None else _figures.held_out(scored),
-        "overview": _scene.overview(recording, after),
-        "maps": _scene.maps(recording, before, after, label),
+        "overview": _scene.overview(recording, target, after),
+        "maps": _scene.maps(recording, target, before, after, label),
         "residuals": _tables.residuals(found),
         "residual_panels": _scene.against(recording, after, found),
         "all_components": len(found) <= _scene.COMPONENTS,
         "dots": _scene.DOTS,
+        "most": _scene.MOST,
     }
 
 
+def _believed(registration: Registration) -> IntArray:
+    """Target (n,) that each report of the recording is believed to be of, -1 for none."""
+    problem, fit = registration.problem, registration.fit
+    target = np.full(len(registration.recording), -1)
+    good = fit.wrong <= 0.5
+    target[problem.rows[good]] = problem.owner[fit.target[good]]
+    return target
+
+
 def _medians(scored: HeldOut | None) -> list[str] | None:
-    """Before and after, None where nothing was held out or all of it are bearings."""
+    """Before and after, None where nothing was held out."""
     if scored is None or not np.isfinite(scored.before_m).any():
         return None
     return [f"{median:.3g}" for median in scored.medians_m]
 
 
 def _noise(registration: Registration, row_name: Callable[[int], str]) -> dict[str, Any]:
-    p = registration.outlier_probability
-    known = bool(np.isfinite(p).all())
     return {
         "laws": _tables.laws(registration),
-        "law": registration.laws[0].name,
+        "law": registration.law,
         "noise": _tables.noise(registration),
-        "outliers_known": known,
-        "outliers": int((p > 0.5).sum()) if known else 0,
-        "outliers_expected": number(registration.expected_outliers, 1) if known else "not known",
+        "outliers": int((registration.bad > 0.5).sum()),
+        "outliers_expected": number(registration.expected_outliers, 1),
+        "tracked": len(registration.problem.rows),
         "suspects": _tables.suspects(registration, row_name),
     }
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from probreg.page._style import AFTER, BEFORE, MARKERS, SENSORS, Panel, panel
+from probreg.page._style import AFTER, BEFORE, LETTER, MARKERS, SENSORS, Panel, Room, panel
 from probreg.page._units import SHOWN
 from probreg.recordings import Recording
 from probreg.registration.residuals import Component, Residuals
@@ -17,6 +17,7 @@ from probreg.typing import BoolArray, FloatArray, IntArray
 
 DOTS = 500  # reports in a scatter
 BINS = 16
+MOST = 50_000  # reports of a component that medians in bins are of
 FEW = 5  # reports in a bin below which no median is drawn
 COMPONENTS = 6  # drawn, those with the largest change
 PIECES = 3
@@ -70,8 +71,9 @@ def _explanations(
 
 def _scatter(one: Component, label: str, across: FloatArray) -> Panel:
     shown = SHOWN[one.unit]
-    pick = some(np.arange(len(across)), DOTS)
-    before, after = shown.factor * one.before, shown.factor * one.after
+    kept = some(np.arange(len(across)), MOST)
+    across, pick = across[kept], some(np.arange(len(kept)), DOTS)
+    before, after = shown.factor * one.before[kept], shown.factor * one.after[kept]
     # wild reports would flatten the rest
     low, high = np.quantile(np.concatenate([before, after]), [0.02, 0.98])
     margin = 0.25 * float(high - low) or 1.0
@@ -105,9 +107,9 @@ def binned(across: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     return 0.5 * (edges[1:] + edges[:-1]), medians
 
 
-def overview(recording: Recording, after: Residuals) -> Panel:
+def overview(recording: Recording, target: IntArray, after: Residuals) -> Panel:
     """Where the reports and the sensors are."""
-    known = some(np.flatnonzero(_placed(recording, after)), OVERVIEW)
+    known = some(np.flatnonzero(_placed(target, after)), OVERVIEW)
     names = [sensor.name for sensor in recording.sensors]
 
     def draw(axes: Axes) -> None:
@@ -127,18 +129,19 @@ def overview(recording: Recording, after: Residuals) -> Panel:
         f"Map of {len(known)} corrected reports of {', '.join(names)}, with the places of the "
         "sensors that stand still as triangles."
     )
-    return panel(draw, words, size=(5.6, 4.6))
+    beside = LETTER * (4 + max(map(len, names)))
+    return panel(draw, words, size=(5.6, 4.6), room=Room(right=beside))
 
 
-def _placed(recording: Recording, after: Residuals) -> BoolArray:
-    return (recording.target >= 0) & np.isfinite(after.where[:, 0])
+def _placed(target: IntArray, after: Residuals) -> BoolArray:
+    return (target >= 0) & np.isfinite(after.where[:, 0])
 
 
-def pieces(recording: Recording, after: Residuals) -> list[IntArray]:
+def pieces(recording: Recording, target: IntArray, after: Residuals) -> list[IntArray]:
     """Reports of the best covered half minutes of some targets, in order of time."""
-    known = np.flatnonzero(_placed(recording, after))
+    known = np.flatnonzero(_placed(target, after))
     piece = ((recording.time[known] - recording.time[0]) // PIECE_S).astype(np.int64)
-    key = recording.target[known] * (piece.max(initial=0) + 1) + piece
+    key = target[known] * (piece.max(initial=0) + 1) + piece
     label, group = np.unique(key, return_inverse=True)
     counts = np.zeros((len(label), len(recording.sensors)), dtype=np.int64)
     np.add.at(counts, (group, recording.sensor[known]), 1)
@@ -153,20 +156,28 @@ def pieces(recording: Recording, after: Residuals) -> list[IntArray]:
 
 
 def maps(
-    recording: Recording, before: Residuals, after: Residuals, name: Callable[[int], str]
+    recording: Recording,
+    target: IntArray,
+    before: FloatArray,
+    after: Residuals,
+    name: Callable[[int], str],
 ) -> list[tuple[str, list[Panel]]]:
-    """Half a minute of some targets before and after correction, on equal scales."""
+    """Half a minute of some targets before and after correction, on equal scales.
+
+    `target` is whose each report (n,) is believed to be, -1 for none; `before` are the places
+    (n, d) of the reports as they came.
+    """
     out = []
-    for rows in pieces(recording, after):
-        title = f"target {name(int(recording.target[rows[0]]))}"
-        both = 1e-3 * np.concatenate([before.where[rows, :2], after.where[rows, :2]])
+    for rows in pieces(recording, target, after):
+        title = f"target {name(int(target[rows[0]]))}"
+        both = 1e-3 * np.concatenate([before[rows, :2], after.where[rows, :2]])
         # wild reports would shrink the rest
         low, high = np.quantile(both, [0.03, 0.97], axis=0)
         half = 0.58 * float((high - low).max()) or 1.0
         centre = 0.5 * (low + high)
         panels = [
             _piece(recording, rows, where, centre, half, when, title)
-            for where, when in ((before.where, "before"), (after.where, "after"))
+            for where, when in ((before, "before"), (after.where, "after"))
         ]
         out.append((title, panels))
     return out

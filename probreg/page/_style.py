@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 # Okabe-Ito, told apart by colour-blind readers
@@ -50,10 +51,11 @@ _SETTINGS: dict[str, Any] = {
     "axes.formatter.useoffset": False,
     "legend.frameon": False,
     "legend.fontsize": 8.5,
-    "figure.constrained_layout.use": True,
-    "savefig.transparent": True,
-    "savefig.dpi": 144,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "figure.dpi": 120,  # of the dots, which are a picture in the drawing
 }
+LETTER, LINE, EDGE = 0.072, 0.2, 0.08  # inches: mean width of a letter, height of a line, rim
 _NO_METADATA = {"Creator": None, "Date": None, "Format": None, "Type": None}
 _PAGE = (
     (TEXT, "currentColor"),
@@ -72,16 +74,53 @@ class Panel(NamedTuple):
     words: str
 
 
-def panel(draw: Callable[[Axes], None], words: str, size: tuple[float, float] = SIZE) -> Panel:
+class Room(NamedTuple):
+    """Inches beside the axes that hold more than ticks and labels: rotated names, a legend."""
+
+    left: float = 0.0
+    right: float = 0.0
+    bottom: float = 0.0
+
+
+def panel(
+    draw: Callable[[Axes], None],
+    words: str,
+    size: tuple[float, float] = SIZE,
+    room: Room = Room(),  # noqa: B008 (a constant)
+) -> Panel:
     """Draw one pair of axes."""
     # ids are made of the salt: those of two figures on one page differ
     settings: Any = {**_SETTINGS, "svg.hashsalt": words}
     with mpl.rc_context(settings):
         figure = Figure(figsize=size)
-        draw(figure.add_subplot())
+        axes = figure.add_subplot()
+        draw(axes)
+        _place(axes, size, room)
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
+        FigureCanvasSVG(figure).print_svg(buffer, metadata=_NO_METADATA)
     return Panel(_inline(buffer.getvalue(), words), words)
+
+
+def _place(axes: Axes, size: tuple[float, float], room: Room) -> None:
+    """Leave room for labels by the number of their letters: to draw and measure them costs half."""
+    ticks = axes.yaxis.get_majorticklocs()
+    low, high = sorted(axes.get_ylim())
+    shown = [y for y in ticks if low <= y <= high]
+    longest = max(map(len, axes.yaxis.get_major_formatter().format_ticks(shown)), default=0)
+    left = EDGE + LETTER * longest + LINE * bool(axes.get_ylabel()) + EDGE * bool(shown)
+    bottom = EDGE + LINE + LINE * bool(axes.get_xlabel())
+    top = EDGE + LINE * bool(axes.get_title(loc="left"))
+    width, height = size
+    left, right = room.left or left, room.right or 2.0 * EDGE
+    bottom = room.bottom or bottom
+    axes.set_position(
+        (
+            left / width,
+            bottom / height,
+            (width - left - right) / width,
+            (height - bottom - top) / height,
+        )
+    )
 
 
 def _inline(svg: str, words: str) -> str:

@@ -13,6 +13,10 @@ from probreg.registration import Registration
 LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
 TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
 NOISE = (0.5, 2.0)  # scales of the noise beyond which declared accuracies are wrong
+GUESSES = (
+    "Are stamps rounded, are ranges slant ranges? If the error is a target's own, such as the "
+    "delay of its transponder, allow for it by target_terms."
+)
 
 
 class Wording(NamedTuple):
@@ -90,7 +94,7 @@ def matters(registration: Registration) -> list[str]:
         for v in registration.verdicts
         if v.text == "exceeds"
     ]
-    said += _left_out(registration) + _model(registration)
+    said += _left_out(registration) + _missing(registration) + _model(registration)
     said += [f"Do not trust the draws: {text}" for text in registration.draws.warnings]
     told = registration.determined
     said += [f"No residual shows {text}: only the prior determines it." for text in told.hidden]
@@ -103,39 +107,70 @@ def matters(registration: Registration) -> list[str]:
 
 
 def _left_out(registration: Registration) -> list[str]:
-    """Sensors that disagree with much of the recording, worst first."""
+    """Sensors whose reports are of none of the targets that they name, worst first."""
     share = registration.left_out
     return [
         f"{registration.recording.sensors[k].name}: {100.0 * share[k]:.0f} % of its reports fit no "
-        "other sensor: check units, north, place, identities."
+        "target: check units, north, place, identities."
         for k in np.argsort(-share, kind="stable")
         if share[k] > LEFT_OUT
     ]
+
+
+def _missing(registration: Registration) -> list[str]:
+    """Terms that the setup leaves out, with what to write into it."""
+    return [
+        f"The recording asks for {one.name}, which sensors.toml leaves out (chi-square "
+        f"{one.chi2:.0f}): it would be {_amount(one.unit, one.value, one.sd)}. "
+        f"{_remedy(registration, one.name)}"
+        for one in registration.missing
+    ]
+
+
+def _amount(unit: str, value: float, sd: float) -> str:
+    """A value with its standard deviation, in engineers' units."""
+    shown = SHOWN[unit]
+    places = decimals(shown.factor * sd)
+    mean, spread = (number(shown.factor * one, places) for one in (value, sd))
+    return f"{mean} {shown.symbol}".rstrip() + f" (sd {spread})"
+
+
+def _remedy(registration: Registration, name: str) -> str:
+    owner, term = name.split(".", 1)
+    sensors = [sensor.name for sensor in registration.recording.sensors]
+    where = owner if owner in sensors else " and ".join(sorted(registration.setup.body_frame))
+    return f'Add "{term}" to the biases of {where}.'
 
 
 def _model(registration: Registration) -> list[str]:
     """Evidence against the assumed biases, noise or independence."""
     said = []
     scored, ratio = registration.held_out, registration.cluster_ratio
-    bulk, every = registration.noise_scale
     if scored is not None and scored.verdict == "worse":
         said.append(
             "Held-out targets are predicted worse after correction than before: the biases of "
             "sensors.toml do not describe this recording."
         )
-    if np.isfinite(ratio).all() and ratio.max() > TOGETHER:
+    if np.isfinite(ratio).all() and ratio.max(initial=0.0) > TOGETHER:
         worst = int(np.argmax(ratio))
         said.append(
             "Errors of one target's reports are correlated: intervals are about "
             f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
-            "Are stamps rounded, are ranges slant ranges, is a term missing?"
+            + (GUESSES if not registration.missing else "The missing terms may be why.")
         )
-    if bulk > NOISE[1] or every < NOISE[0]:
-        said.append(
-            f"The noise is {bulk if bulk > NOISE[1] else every:.2g} times what sensors and "
-            "acceleration_m_s2 declare: check the accuracies."
-        )
-    return said
+    # reports scatter more where a term is missing: accuracies would only hide it
+    return said if registration.missing else said + _noise(registration)
+
+
+def _noise(registration: Registration) -> list[str]:
+    """Sensors whose noise is far from what they declare."""
+    sensors, scales = registration.recording.sensors, registration.noise_scale.tolist()
+    return [
+        f"The noise of {sensor.name} is {bulk if bulk > NOISE[1] else every:.2g} times what it "
+        "declares: check its accuracies."
+        for sensor, (bulk, every) in zip(sensors, scales, strict=True)
+        if bulk > NOISE[1] or every < NOISE[0]
+    ]
 
 
 def limit_text(registration: Registration, name: str, limit: float) -> str:

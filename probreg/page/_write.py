@@ -61,7 +61,7 @@ def write(
     terms: Sequence[RankedTerms] = (),
     overwrite: bool = False,
 ) -> None:
-    """Write the page, the biases, the posterior, the corrected recording and a manifest.
+    """Write the page, biases, posterior, tracks, reports, corrected recording and a manifest.
 
     All or nothing: an error or an interrupt leaves the folder as it was.
 
@@ -101,6 +101,7 @@ def fill(
     _outputs.write_csv(folder / "biases.csv", registration)
     _outputs.write_json(folder / "biases.json", registration, terms)
     _outputs.write_posterior(folder / _outputs.POSTERIOR, registration)
+    _outputs.write_tables(folder, registration)
     if source is None:
         new_table.create(folder / "corrected.csv", registration.correct(), registration.setup)
     else:

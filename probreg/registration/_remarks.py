@@ -15,6 +15,7 @@ from probreg.registration._checks import Checks
 from probreg.registration._choice import Chosen
 from probreg.registration._held_out import HeldOut
 from probreg.registration._identities import Identified
+from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
 from probreg.registration._posterior import Fitted
 from probreg.typing import FloatArray
@@ -27,7 +28,12 @@ _WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds hav
 
 
 def remarks(
-    known: Identified, chosen: Chosen, fitted: Fitted, scored: HeldOut | None, checks: Checks
+    known: Identified,
+    chosen: Chosen,
+    fitted: Fitted,
+    scored: HeldOut | None,
+    checks: Checks,
+    missing: Sequence[MissingTerm],
 ) -> tuple[str, ...]:
     """Every remark, in the order of the steps that they are about."""
     given, problem, fit = known.given, known.problem, fitted.fit
@@ -42,9 +48,10 @@ def remarks(
         *chosen.notes,
         *undetermined(checks.determined),
         *drawing(fitted),
-        *scale(names, checks.noise_scale),
+        # where a term is missing reports scatter for that reason
+        *([] if missing else scale(names, checks.noise_scale)),
         *correction(scored),
-        *accuracy(checks.accuracies),
+        *([] if missing else accuracy(checks.accuracies)),
         *far(problem.names, fit.theta, problem.prior_sd),
         *clocks(fit),
     )

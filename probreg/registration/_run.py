@@ -80,7 +80,7 @@ def register(
     checks = clock.run("observability", check, known, found)
     missing = clock.run("missing terms", missing_terms, known.problem, chosen.choice, found)
     judged = clock.run("verdicts", judge_reports, known, chosen, found, fitted.draws)
-    notes = _remarks.remarks(known, chosen, fitted, scored, checks)
+    notes = _remarks.remarks(known, chosen, fitted, scored, checks, missing)
     return _result(known, chosen, fitted, scored, checks, judged, (missing, notes, clock.seconds))
 
 

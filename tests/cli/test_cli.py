@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 import probreg
 from probreg.cli import app
-from probreg.registration import known_laws
+from probreg.cli._terminal import DOING
+from probreg.registration import STEPS, known_laws
 from probreg.scenarios.demonstration import demonstration
 from probreg.scenarios.traffic import TrafficScene
 from tests.page.conftest import command
@@ -228,6 +229,20 @@ def test_an_unknown_law_is_wrong_usage_that_lists_the_known(demo, tmp_path):
     found = run(tmp_path, demo[0], demo[1], "--law", "Cauchy")
     assert found.exit_code == 2
     assert all(name in found.stderr for name in known_laws())
+
+
+def test_a_law_that_tracks_cannot_take_is_one_line_that_names_those_they_can(demo, tmp_path):
+    said = refusal(run(tmp_path, demo[0], demo[1], "--law", "Huber"), tmp_path)
+    assert "the law Huber is no sum of Gaussians" in said
+    assert all(name in said for name in known_laws())
+    assert "Huber" not in known_laws()
+
+
+def test_every_step_of_a_registration_has_words():
+    given = [step for step in DOING if step not in ("read", "terms", "report")]
+    assert tuple(given) == STEPS
+    assert next(iter(DOING)) == "read"
+    assert tuple(DOING)[-2:] == ("terms", "report")
 
 
 def test_warnings_that_matter_are_three(demo, tmp_path):

@@ -13,7 +13,7 @@ import pytest
 
 from probreg.page import write_report
 from probreg.page._units import SHOWN
-from probreg.registration import LAWS, _checks, _registration, register
+from probreg.registration import LAWS, _registration, register
 from probreg.scenarios.traffic import TrafficScene, simulate
 
 VOID = {"meta", "link", "br", "hr", "img", "input", "source", "col", "wbr"}
@@ -180,21 +180,49 @@ def test_every_section_is_there(page, text):
     ):
         assert len(page.tables[name]) > 1, name
     assert "SHA-256" in text
-    assert "Pareto k" in text
+    assert "The mode against short chains" in text
+    assert "tracks.parquet" in text
+    assert "reports.parquet" in text
+
+
+def test_one_law_is_marked_as_used_and_its_parameters_are_by_sensor(page, done):
+    noise = json.loads((done.result / "biases.json").read_text())["noise"]
+    head, *laws = page.tables["law-table"]
+    assert head[-1] == "used"
+    assert [law[0] for law in laws if law[-1] == "yes"] == [noise["law"]]
+    head, *rows = page.tables["noise-table"]
+    assert [row[0] for row in rows] == [one["sensor"] for one in noise["sensors"]]
+    for row, one in zip(rows, noise["sensors"], strict=True):
+        for name, value in one["parameters"].items():
+            assert row[head.index(name)] == pytest.approx(value)
+
+
+def test_suspects_are_reports_of_the_file(page, done):
+    reports = pd.read_csv(done.demo / "reports.csv")
+    judged = pd.read_parquet(done.result / "reports.parquet").set_index("report")
+    _, *rows = page.tables["suspect-table"]
+    assert 0 < len(rows) <= 20
+    for line, sensor, time, target, *_, fits in rows:
+        number = int(line.removeprefix("line ")) - 2
+        assert sensor == reports.sensor[number]
+        assert time == pytest.approx(reports.time_s[number], abs=1e-6)
+        assert target == str(reports.target[number])
+        one = judged.loc[number]
+        assert one.moved or one.wrong + one.outlier > 0.5
+        assert fits == (one.target if one.moved else "none")
 
 
 def test_the_page_takes_the_residuals_that_registration_has(monkeypatch, tmp_path):
     calls = []
-    for module in (_checks, _registration):
 
-        def counted(*given, name=module.__name__, compute=module.report_residuals):
-            calls.append(name)
-            return compute(*given)
+    def counted(*given, compute=_registration.report_residuals):
+        calls.append(given)
+        return compute(*given)
 
-        monkeypatch.setattr(module, "report_residuals", counted)
+    monkeypatch.setattr(_registration, "report_residuals", counted)
     recording, setup, _ = simulate(TrafficScene(400), np.random.default_rng(1))
-    found = register(recording, setup, rng=np.random.default_rng(2), laws=LAWS[-1:])
+    found = register(recording, setup, rng=np.random.default_rng(2), laws=LAWS[:1])
     for name in ("first.html", "second.html"):
         write_report(found, tmp_path / name)
-    # after correction, then before it; neither for the second page
-    assert calls == [_checks.__name__, _registration.__name__]
+    found.reports()
+    assert len(calls) == 1

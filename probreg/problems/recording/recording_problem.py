@@ -98,13 +98,7 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
     InvalidInputError
         Sensors other than the setup's, one sensor only, no target in common, no place for any.
     """
-    if recording.sensors != setup.sensors:
-        names = ([s.name for s in one.sensors] for one in (recording, setup))
-        raise InvalidInputError(
-            "sensors of recording and setup must be the same, in one order: {} and {}.".format(
-                *names
-            )
-        )
+    _require_same_sensors(recording, setup)
     require_common(recording)
     model = bias_model(setup)
     beside = _beside(recording)
@@ -141,6 +135,16 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
     )
     kinds = tuple((int(s), int(along)) for s, along in pairs)
     return RecordingProblem(recording, setup, model, reports, rows, owner, kinds, constants)
+
+
+def _require_same_sensors(recording: Recording, setup: Setup) -> None:
+    if recording.sensors != setup.sensors:
+        names = ([s.name for s in one.sensors] for one in (recording, setup))
+        raise InvalidInputError(
+            "sensors of recording and setup must be the same, in one order: {} and {}.".format(
+                *names
+            )
+        )
 
 
 def _constants(setup: Setup, seen: IntArray) -> dict[str, float]:
