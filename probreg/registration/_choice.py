@@ -11,7 +11,7 @@ from probreg.errors import InvalidInputError
 from probreg.posterior.tracks import TrackFit, TrackModel, fit_tracks
 from probreg.registration._identities import of_some
 from probreg.registration._laws import LawChoice
-from probreg.registration._track_model import under
+from probreg.registration._track_model import comes_along, under
 from probreg.typing import FloatArray, IntArray
 
 LAW_REPORTS = 4_000  # for the comparison of laws
@@ -87,12 +87,15 @@ def choose(model: TrackModel, laws: Sequence[LawChoice]) -> Chosen:
             notes.append(f"the law {name} could not be fitted and is left out: {error}")
     if not fits:
         raise InvalidInputError("no noise law could be fitted: " + " ".join(notes))
-    scores = {name: fit.log_density for name, fit in fits.items()}
-    ranked = _ranked(scores, some.reports.target)
-    slack = FLATTERY * len(some.reports)
+    # heights beside plots have a law of their own whichever is chosen
+    along = np.array(comes_along(some.reports))
+    alone = np.flatnonzero(~along[some.reports.sensor])
+    scores = {name: fit.log_density[alone] for name, fit in fits.items()}
+    ranked = _ranked(scores, some.reports.target[alone])
+    slack = FLATTERY * len(alone)
     good = {law.name for law in ranked if law.behind <= law.standard_error + slack}
     choice = next(by_name[name] for name in by_name if name in good)
-    return Chosen(choice, tuple(ranked), fits, len(some.reports), tuple(notes))
+    return Chosen(choice, tuple(ranked), fits, len(alone), tuple(notes))
 
 
 def _ranked(scores: dict[str, FloatArray], target: IntArray) -> list[RankedLaw]:

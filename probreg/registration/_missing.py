@@ -19,6 +19,7 @@ from probreg.sensors.terms import Term, known_terms
 
 MOST_REPORTS = 20_000  # enough to see what matters
 LEAST_CHI2 = 30.0  # sound recordings stay below 10 or so, wrong ones come in hundreds
+LEAST_SDS = 4.0  # of a term that is fitted
 MOST_TERMS = 4
 
 
@@ -72,7 +73,10 @@ def missing_terms(
         except InvalidInputError:
             break
         k = current.model.numbers[name]
-        found.append(MissingTerm(name, term.unit, chi2, float(at.theta[k]), float(at.sd[k])))
+        value, sd = float(at.theta[k]), float(at.sd[k])
+        if abs(value) < LEAST_SDS * sd:
+            break  # what looked like it is something else
+        found.append(MissingTerm(name, term.unit, chi2, value, sd))
     return tuple(found)
 
 

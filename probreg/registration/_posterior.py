@@ -14,7 +14,7 @@ from probreg.registration._track_model import under
 from probreg.samplers.tracks import BiasDraws, GibbsTracks, ModeCheck, check_mode, normal_draws
 from probreg.typing import FloatArray
 
-CHAINS, SWEEPS = 4, 100
+CHAINS, SWEEPS = 4, 200
 MODE, GIBBS, SCALED = "normal law at the mode", "Gibbs of tracks", "normal law, widened by chains"
 
 

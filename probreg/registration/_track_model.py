@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from probreg.errors import InvalidInputError
-from probreg.noise import NoiseLaw, ScaleMixture
+from probreg.noise import Contaminated, NoiseLaw, ScaleMixture
 from probreg.posterior.tracks import TrackModel
 from probreg.prior import GaussianPrior
 from probreg.problems.recording import RecordingProblem
 from probreg.problems.recording.first_guess import first_guess
+from probreg.problems.recording.track_reports import TrackReports
 from probreg.recordings import TARGET_HEIGHT_M
 from probreg.registration._laws import LawChoice
 
 WRONG_SHARE = 0.05  # of reports that are of another target, expected; ten reports outweigh it
+BESIDE = LawChoice.usual(Contaminated())  # of reports that come with others
 START_M, CLIMB_M_S = 100_000.0, 50.0  # about where a target is first seen
 
 
@@ -26,7 +30,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
         A law that is no sum of Gaussians over whole reports; a target that nothing places.
     """
     setup, reports = problem.setup, problem.reports
-    laws, unknown = _of_sensors(choice, len(reports.models))
+    laws, unknown = _of_sensors(choice, reports)
     mean, sd = setup.target_height or TARGET_HEIGHT_M
     return TrackModel(
         reports,
@@ -44,16 +48,25 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
 
 def under(model: TrackModel, choice: LawChoice) -> TrackModel:
     """The same reports and priors under another law."""
-    laws, unknown = _of_sensors(choice, len(model.reports.models))
+    laws, unknown = _of_sensors(choice, model.reports)
     return replace(model, laws=laws, unknown=unknown)
 
 
 def _of_sensors(
-    choice: LawChoice, sensors: int
+    choice: LawChoice, reports: TrackReports
 ) -> tuple[tuple[ScaleMixture, ...], tuple[frozenset[str], ...]]:
-    law = require_mixture(choice.law)
-    unknown = frozenset(parameter.name for parameter in choice.unknown)
-    return (law,) * sensors, (unknown,) * sensors
+    """The law chosen for reports that stand alone; heights in steps have outliers of their own."""
+    chosen = [BESIDE if apart else choice for apart in comes_along(reports)]
+    laws = tuple(require_mixture(one.law) for one in chosen)
+    return laws, tuple(frozenset(p.name for p in one.unknown) for one in chosen)
+
+
+def comes_along(reports: TrackReports) -> list[bool]:
+    """Which sensor models are of reports that come with others."""
+    if reports.beside is None:
+        return [False] * len(reports.models)
+    along = reports.beside != np.arange(len(reports))
+    return [bool(along[reports.sensor == k].any()) for k in range(len(reports.models))]
 
 
 def require_mixture(law: NoiseLaw) -> ScaleMixture:
