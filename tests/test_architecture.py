@@ -22,7 +22,6 @@ ROOMS = [
 LEVEL = {name: level for level, name in enumerate(ROOMS)}
 # rooms in which no function is long and none takes many arguments
 LINES, ARGUMENTS = 50, 8
-ROW_KERNELS = {"_elimination.py", "_grouping.py"}  # to go with the rows of recordings
 
 
 def modules():
@@ -97,7 +96,7 @@ def clumsy(source):
 
 @pytest.mark.parametrize(
     "path",
-    [p for p in modules() if p.name not in ROW_KERNELS],
+    modules(),
     ids=lambda p: str(p.relative_to(PACKAGE)),
 )
 def test_functions_are_short_and_many_arguments_are_named_tuples(path):

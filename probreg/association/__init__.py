@@ -1,7 +1,8 @@
-"""Whose report is it? Pairs of one frame, identities where a recording has none, and doubts."""
+"""Whose report is it? Pairs of one frame, missing identities, doubts, and tracks of identities."""
 
 from probreg.association._doubt import OFF_PATH, TOO_FAST, doubt_identities, doubts
 from probreg.association._identify import associate
+from probreg.association._intervals import comparison_window, usual_intervals
 from probreg.association.nearest_neighbours import (
     Objective,
     assign,
@@ -9,6 +10,7 @@ from probreg.association.nearest_neighbours import (
     squared_distances,
     wrong_pairs,
 )
+from probreg.association.segments import segments
 
 __all__ = [
     "OFF_PATH",
@@ -16,9 +18,12 @@ __all__ = [
     "Objective",
     "assign",
     "associate",
+    "comparison_window",
     "doubt_identities",
     "doubts",
     "nearest_neighbours",
+    "segments",
     "squared_distances",
+    "usual_intervals",
     "wrong_pairs",
 ]

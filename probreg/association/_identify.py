@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from probreg.association._labelled import nearest_labelled
-from probreg.association._placed import Placed, place
+from probreg.association._placed import place
 from probreg.association._tracks import common_tracks
 from probreg.errors import InvalidInputError
 from probreg.recordings import UNKNOWN, Recording, Setup
@@ -17,7 +17,8 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
 
     Where some reports carry an identity (of a reference, or of tracks that were identified),
     the others are given to the nearest of these targets at their time. Where none does, each
-    sensor's reports are linked into tracks, and tracks of different sensors are matched.
+    sensor's reports are linked into tracks, and tracks of different sensors are matched. Heights
+    that came with a report have its identity, and are never associated by themselves.
 
     Parameters
     ----------
@@ -39,19 +40,18 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     missing = recording.target == UNKNOWN
     if not missing.any():
         return recording
-    placed: Placed = place(recording, setup, theta)
+    placed = place(recording, setup, theta)
+    target, labels = recording.target, recording.labels
     if missing.all():
-        target = common_tracks(recording, setup, placed)
-        if not all(sensor.gives_position for sensor in recording.sensors):
-            target = nearest_labelled(recording, setup, placed, target)
-        labels = tuple(f"track{k}" for k in range(int(target.max(initial=-1)) + 1))
-        found = dataclasses.replace(recording, target=target, labels=labels)
-    else:
-        target = nearest_labelled(recording, setup, placed, recording.target)
-        found = dataclasses.replace(recording, target=target)
-    if not (found.target != UNKNOWN).any():
+        target = common_tracks(placed, setup)
+        labels = tuple(f"track{k}" for k in range(int(target.max(initial=UNKNOWN)) + 1))
+    if not missing.all() or placed.reports.size:
+        target = nearest_labelled(placed, target)
+    if recording.beside is not None:
+        target = target[recording.beside]
+    if not (target != UNKNOWN).any():
         raise InvalidInputError(
             f"no report could be associated within gate_m = {setup.gate_m:g} m; widen it, or check "
             "the positions of the sensors."
         )
-    return found
+    return dataclasses.replace(recording, target=target, labels=labels)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.association._placed import Placed
-from probreg.recordings import UNKNOWN, Recording, Setup
-from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.association._spots import between
+from probreg.recordings import UNKNOWN
+from probreg.typing import FloatArray, IntArray
 
 _SAME_SCAN = 0.5  # of a sensor's usual time between reports of a target
 
 
-def nearest_labelled(
-    recording: Recording, setup: Setup, placed: Placed, labelled: IntArray
-) -> IntArray:
+def nearest_labelled(placed: Placed, labelled: IntArray) -> IntArray:
     """Identities (n,): unlabelled reports take the nearest labelled target at their time.
 
     A target is where its labelled reports, interpolated, put it; it is nowhere in gaps longer
@@ -21,38 +20,24 @@ def nearest_labelled(
     half its usual interval the nearer one in space is taken.
     """
     target = labelled.copy()
-    missing = np.flatnonzero(target == UNKNOWN)
+    missing = np.flatnonzero((target == UNKNOWN) & placed.judged)
     best, distance = np.full(len(missing), UNKNOWN), np.ones(len(missing))
-    time = placed.time[missing]
+    time, window = placed.time[missing], placed.window
     order = np.argsort(time, kind="stable")
-    known = np.flatnonzero((target != UNKNOWN) & np.isfinite(placed.where[:, 0]))
+    known = np.flatnonzero((target != UNKNOWN) & np.isfinite(placed.spots.where[:, 0]))
     known = known[np.lexsort((placed.time[known], target[known]))]
     for own in np.split(known, np.flatnonzero(np.diff(target[known])) + 1):
         # only the reports within the target's own times
-        a = np.searchsorted(time[order], placed.time[own[0]] - 0.5 * setup.window_s)
-        b = np.searchsorted(time[order], placed.time[own[-1]] + 0.5 * setup.window_s)
+        a = np.searchsorted(time[order], placed.time[own[0]] - 0.5 * window)
+        b = np.searchsorted(time[order], placed.time[own[-1]] + 0.5 * window)
         rows = order[a:b]
-        where, near = _interpolated(placed.time[own], placed.where[own], time[rows], setup.window_s)
-        away = placed.misfit(missing[rows], where)
+        spots, near = between(placed.time[own], placed.spots.take(own), time[rows], window)
+        away = placed.misfit(missing[rows], spots)
         nearer = near & (away < distance[rows])
         best[rows[nearer]], distance[rows[nearer]] = target[own[0]], away[nearer]
-    once = _once_a_scan(recording.sensor[missing], best, time, distance)
+    once = _once_a_scan(placed.sensor[missing], best, time, distance)
     target[missing[once]] = best[once]
     return target
-
-
-def _interpolated(
-    time: FloatArray, where: FloatArray, at: FloatArray, window: float
-) -> tuple[FloatArray, BoolArray]:
-    """Positions (k, d) of a target at other times, and whether a report is near enough."""
-    after = np.clip(np.searchsorted(time, at), 1, max(len(time) - 1, 1))
-    if len(time) == 1:
-        return np.repeat(where, len(at), axis=0), np.abs(at - time[0]) <= 0.1 * window
-    gap = time[after] - time[after - 1]
-    share = (at - time[after - 1]) / np.where(gap > 0.0, gap, 1.0)
-    inside = (share >= -0.1) & (share <= 1.1) & (gap <= 3.0 * window)
-    step = where[after] - where[after - 1]
-    return where[after - 1] + share[:, None] * step, inside
 
 
 def _once_a_scan(

@@ -148,7 +148,7 @@ def _register(request: Request) -> Registration:
             setup = setup_file.read(sensors)
             source = recordings.read(recording, setup, trust_units=request.trust_units)
             told("read")
-            reports = source.recording
+            reports, setup = source.recording, source.setup
             found = chain.register(reports, setup, rng=rng, laws=laws, on_step=told, **options)
             terms = _compared(found, rng) if request.compare else []
             told("terms")
@@ -236,8 +236,9 @@ def _change(
     if out.exists():
         raise InvalidInputError(f"{out} is there already; name another file, or remove it.")
     setup = setup_file.read(sensors)
-    theta = recordings.read_biases(biases, recordings.bias_model(setup).names)
     source = recordings.read(recording, setup, trust_units=trust_units)
+    setup = source.setup
+    theta = recordings.read_biases(biases, recordings.bias_model(setup).names)
     recordings.write_changed(out, source, setup, theta, getattr(recordings, name))
 
 

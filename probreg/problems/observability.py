@@ -11,6 +11,7 @@ from probreg.errors import UnobservableError
 from probreg.typing import FloatArray
 
 RANK_TOLERANCE = 1e-7  # relative singular value; below, normal equations lose every digit
+INFORMATION_TOLERANCE = 1e-3  # of singular values whose squares alone are known
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,3 +95,20 @@ def _spell(row: FloatArray, names: tuple[str, ...]) -> str:
         sign = ("-" if value < 0.0 else "") if not text else (" - " if value < 0.0 else " + ")
         text += f"{sign}{size}{name}"
     return text
+
+
+def observability_of_information(
+    information: FloatArray, names: tuple[str, ...], equations: int
+) -> Observability:
+    """Find the rank and null space of information (p, p) = A' A of a sensitivity A.
+
+    Rounding and weak priors of what was eliminated leave traces, so what is seen a thousand
+    times more weakly than the rest counts as not seen.
+    """
+    length = np.sqrt(np.diag(information))
+    length = np.where(length > 0.0, length, 1.0)
+    squares, vectors = np.linalg.eigh(information / np.outer(length, length))
+    values = np.sqrt(np.maximum(squares[::-1], 0.0))
+    right = vectors[:, ::-1].T
+    hidden = right[values <= INFORMATION_TOLERANCE * max(values[0], np.finfo(float).tiny)]
+    return Observability(values, _sparse_rows(hidden) / length, names, equations)

@@ -17,7 +17,7 @@ from probreg.sensors import Sensor, known_kinds
 from probreg.typing import FloatArray, IntArray
 
 COMPONENTS = tuple(  # columns of every kind's reports
-    dict.fromkeys(column for owner in known_kinds().values() for column in owner.kind.columns)
+    dict.fromkeys(name for owner in known_kinds().values() for name in owner.kind.every_column)
 )
 GEODETIC = ("latitude_deg", "longitude_deg", "height_m")
 OWN = ("own_east_m", "own_north_m", "own_up_m")
@@ -32,6 +32,7 @@ LIMITS = {
     "range_m": (0.0, FARTHEST_M),
     "elevation_deg": (-90.0, 90.0),
     "latitude_deg": (-90.0, 90.0),
+    "flight_level": (-100.0, 3_000.0),
 }
 # columns by their quantity, whose unit may lack or be another one
 QUANTITIES = {
@@ -57,19 +58,25 @@ def of_reports(sensor: Sensor) -> tuple[str, ...]:
     return sensor.kind.columns[: len(sensor.bias_names)]
 
 
-def needed(sensor: Sensor, setup: Setup, names: Collection[str]) -> tuple[str, ...]:
-    """Columns of a sensor's reports, and of its place and heading where they need them."""
+def columns_of(sensor: Sensor, names: Collection[str]) -> tuple[str, ...]:
+    """Columns of a sensor's report components among the names of a table."""
     if is_geodetic(sensor, names):
-        return GEODETIC
+        return GEODETIC[: sensor.dim]
+    other = next((name for name in sensor.kind.others if name in names), None)
+    return of_reports(sensor) if other is None else (other,)
+
+
+def needed(sensor: Sensor, setup: Setup, names: Collection[str]) -> tuple[str, ...]:
+    """Columns of a sensor's reports, and of its place and heading where they need them.
+
+    The height of a position may be missing.
+    """
+    if sensor.cartesian:
+        return columns_of(sensor, names)[:2]
     # without a place of its own it is somewhere on a platform
-    own = OWN[:2] if sensor.position is None and not sensor.cartesian else ()
+    alone = sensor.position is None and sensor.azimuth_column is not None
     heading = ("heading_deg",) if sensor.name in setup.body_frame else ()
-    return (*of_reports(sensor), *own, *heading)
-
-
-def is_slant(sensor: Sensor) -> bool:
-    """Tell whether a sensor's ranges may be slant ranges that heights of targets bring down."""
-    return sensor.dim == 2 and "range" in sensor.bias_names
+    return (*columns_of(sensor, names), *(OWN[:2] if alone else ()), *heading)
 
 
 def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
@@ -83,11 +90,7 @@ def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
     repeated = [name for k, name in enumerate(names) if name in names[:k]]
     if repeated:
         raise InvalidInputError(f"column {repeated[0]!r} is there twice; rename or remove one.")
-    used = {
-        name
-        for sensor in setup.sensors
-        for name in (*needed(sensor, setup, names), *("height_m",) * is_slant(sensor))
-    }
+    used = {name for sensor in setup.sensors for name in needed(sensor, setup, names)}
     others = [name for name in names if name not in KNOWN and name not in used]
     for name in others:
         meant = _meant(name)
@@ -98,6 +101,10 @@ def check_names(names: Sequence[str], setup: Setup) -> tuple[str, ...]:
     times = [name for name in TIMES if name in names]
     if len(times) != 1:
         raise InvalidInputError(f"one column of {TIMES} is needed; there are {times}.")
+    for owner in known_kinds().values():
+        same = [name for name in owner.kind.every_column if name in names]
+        if owner.kind.others and len(same) > 1:
+            raise InvalidInputError(f"columns {same} say the same; remove all but one.")
     if "sensor" not in names:
         raise InvalidInputError("column 'sensor' is missing: the name of each report's sensor.")
     for sensor in setup.sensors:

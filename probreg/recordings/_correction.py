@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from probreg.recordings._bias_model import bias_model
+from probreg.recordings._heights import in_order
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
 from probreg.sensors.terms import Term, add_terms, remove_terms
@@ -19,6 +20,10 @@ _Change = Callable[[Sequence[Term], FloatArray, FloatArray], FloatArray]
 
 def correct(recording: Recording, setup: Setup, theta: FloatArray) -> Recording:
     """The recording without biases theta (p,), in order of the corrected times.
+
+    Reports are corrected in their own axes, each component in its own unit. Refraction, and
+    what belongs to single targets, stay in them. What came beside a report moves in time with
+    it.
 
     Raises
     ------
@@ -45,24 +50,21 @@ def _changed(
 ) -> tuple[FloatArray, FloatArray]:
     model = bias_model(setup)
     theta = finite_array("theta", theta, (len(model.names),))
-    values, time = recording.values.copy(), recording.time.copy()
+    values, time = recording.values.copy(), recording.time
     for k, (terms, columns) in enumerate(zip(model.terms, model.columns, strict=True)):
         rows, q = np.flatnonzero(recording.sensor == k), len(setup.sensors[k].bias_names)
         values[rows, :q] = change(terms, theta[columns], values[rows, :q])
-        time[rows] += sign * model.delay(k, theta)
-    return values, time
+    delay = np.array([model.delay(k, theta) for k in range(len(setup.sensors))])
+    late = delay[recording.sensor]
+    if recording.beside is not None:
+        came = np.flatnonzero(~recording.alone)
+        late[came] += delay[recording.sensor[recording.beside[came]]]
+    return values, time + sign * late
 
 
 def _ordered(recording: Recording, values: FloatArray, time: FloatArray) -> Recording:
-    order = np.argsort(time, kind="stable")
-    fields = ("sensor", "target", "own_position", "heading")
-    beside = recording.beside
-    if beside is not None:
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order))
-        beside = number[beside[order]]
+    fields = ("sensor", "target", "own_position", "heading", "beside")
     known = {name: getattr(recording, name) for name in fields}
-    moved = {name: array[order] for name, array in known.items() if array is not None}
-    return dataclasses.replace(
-        recording, values=values[order], time=time[order], beside=beside, **moved
-    )
+    arrays = {name: array for name, array in known.items() if array is not None}
+    arrays |= {"values": values, "time": time}
+    return dataclasses.replace(recording, **in_order(arrays, np.argsort(time, kind="stable")))

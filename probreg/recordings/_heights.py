@@ -1,174 +1,186 @@
-"""Reports on the round earth that tell a height: into values in the common frame, and back."""
+"""Reports found beside those of other sensors, such as heights beside plots."""
 
 from __future__ import annotations
 
-from typing import Any
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.recordings import _columns as columns
+from probreg.recordings._kinds import default_terms, factor
 from probreg.recordings._setup import Setup
-from probreg.recordings._slant import raised, site, target_places
-from probreg.sensors import Sensor, sense
-from probreg.sensors.frame import LocalFrame
-from probreg.sensors.geometry import wrap_angle
+from probreg.sensors import Sensor, known_kinds
 from probreg.typing import FloatArray, IntArray
 
-
-def convergence(setup: Setup, sensor: Sensor, own: FloatArray) -> FloatArray:
-    """Clockwise angles (m,) from the frame's north to true north where a sensor stands.
-
-    Own positions (m, d) add to the sensor's; without an origin north is the frame's.
-    """
-    place = own[:, : sensor.dim] + (0.0 if sensor.position is None else sensor.position)
-    if setup.origin is None or not len(place):
-        return np.zeros(len(place))
-    if (place == place[0]).all():
-        return np.full(len(place), LocalFrame(*setup.origin).convergence(place[0]))
-    return LocalFrame(*setup.origin).convergence(place)
+FAR_SIGMAS = 4.0  # of a height prior, beyond which a report contradicts it
+FEW = 0.02  # of the reports
+VERTICAL = ("height", "z", "elevation")  # components
 
 
-def signed(setup: Setup, sensor: Sensor, turn: FloatArray) -> FloatArray:
-    """What the turn of north adds to an azimuth: nothing to one from the heading."""
-    if sensor.name in setup.body_frame:
-        return np.zeros_like(turn)
-    return -sense(sensor) * turn
+class Beside(NamedTuple):
+    """A setup with every sensor of a recording, and arrays with every report.
 
-
-def positions(setup: Setup, sensor: Sensor, places: FloatArray) -> FloatArray:
-    """Values (m, d) of a position sensor from latitude, longitude and height (m, 3)."""
-    return LocalFrame(*setup.origin).from_geodetic(places)[:, : sensor.dim]  # type: ignore[misc]
-
-
-def places(setup: Setup, values: FloatArray, height_m: FloatArray) -> FloatArray:
-    """Inverse of `positions`; two-dimensional values (m, 2) take their heights (m,)."""
-    frame = LocalFrame(*setup.origin)  # type: ignore[misc]
-    if values.shape[1] == 3:
-        return frame.to_geodetic(values)
-    return raised(frame, values, height_m)
-
-
-def flattened(setup: Setup, sensor: Sensor, slant: FloatArray, height_m: FloatArray) -> FloatArray:
-    """Range and azimuth (m, 2) in the plane from those of slant range and heights (m,).
-
-    Azimuths are those of the table turned by `convergence`. NaN where no target can be.
-    """
-    out = slant.copy()
-    height = setup.heights_m.get(sensor.name, 0.0)
-    if setup.origin is None:
-        with np.errstate(invalid="ignore"):
-            out[:, 0] = np.sqrt(slant[:, 0] ** 2 - (height_m - height) ** 2)
-        return out
-    frame = LocalFrame(*setup.origin)
-    radar = site(frame, np.asarray(sensor.position), height)
-    compass = _compass(sensor, slant[:, 1] - _turn(setup, sensor))
-    found = target_places(radar, slant[:, 0], compass, height_m)
-    real = np.isfinite(found).all(axis=1)
-    out[~real] = np.nan
-    out[real] = sensor.to_report(frame.from_geodetic(found[real])[:, :2])
-    return out
-
-
-def slanted(setup: Setup, sensor: Sensor, values: FloatArray, height_m: FloatArray) -> FloatArray:
-    """Inverse of `flattened`."""
-    out = values.copy()
-    height = setup.heights_m.get(sensor.name, 0.0)
-    if setup.origin is None:
-        out[:, 0] = np.hypot(values[:, 0], height_m - height)
-        return out
-    frame = LocalFrame(*setup.origin)
-    radar = site(frame, np.asarray(sensor.position), height)
-    # not `to_cartesian`, which allows for noise
-    north = _compass(sensor, values[:, 1])
-    away = values[:, :1] * np.stack([np.sin(north), np.cos(north)], axis=1)
-    local = radar.from_geodetic(raised(frame, sensor.position + away, height_m))
-    out[:, 0] = np.linalg.norm(local, axis=1)
-    compass = np.arctan2(local[:, 0], local[:, 1])
-    out[:, 1] = wrap_angle(_compass(sensor, compass) + _turn(setup, sensor))
-    return out
-
-
-def _turn(setup: Setup, sensor: Sensor) -> float:
-    return float(signed(setup, sensor, convergence(setup, sensor, np.zeros((1, 2))))[0])
-
-
-def _compass(sensor: Sensor, azimuth: FloatArray) -> FloatArray:
-    """From the sensor's azimuth to one from north clockwise, and back: its own inverse."""
-    return azimuth if sensor.from_north else 0.5 * np.pi - azimuth
-
-
-def bring_down(
-    setup: Setup, arrays: dict[str, Any], where: columns.Where
-) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """Turn slant ranges in `arrays`, in the order of the file, into ranges in the plane.
-
-    Returns
-    -------
-    height_m : ndarray, shape (n,), or None
-        Heights that were used, NaN where none was; None when the table has none.
+    Attributes
+    ----------
+    setup : Setup
+    arrays : dict of str to ndarray
+        Of a `Recording`, `beside` among them where there is any.
+    rows : ndarray of int, shape (n,)
+        Row of the file that each report was in.
     notes : tuple of str
+    """
+
+    setup: Setup
+    arrays: dict[str, Any]
+    rows: IntArray
+    notes: tuple[str, ...]
+
+
+def beside_kinds() -> dict[str, type[Sensor]]:
+    """Kinds whose reports stand beside others', by each of their columns."""
+    kinds = [owner for owner in known_kinds().values() if owner.kind.beside is not None]
+    return {name: owner for owner in kinds for name in owner.kind.every_column}
+
+
+def add_beside(setup: Setup, arrays: dict[str, Any], cells: Mapping[str, FloatArray]) -> Beside:
+    """Give every height a report of its own, after those of the rows; complete the setup.
+
+    Parameters
+    ----------
+    setup : Setup
+    arrays : dict of str to ndarray
+        Of the rows of a file, in its order.
+    cells : mapping of str to ndarray, shape (n,)
+        By column, in the unit of the column; NaN where there is none, or where it is a
+        component of the row's own report.
 
     Raises
     ------
     InvalidInputError
-        A radar whose reports give a height only in part, or one above the range; with the row.
+        Several sensors that they could be of.
     """
-    given = arrays.pop("height_m", None)
-    height, notes = None if given is None else given.copy(), []
-    for k, sensor in enumerate(setup.sensors):
-        rows = np.flatnonzero(arrays["sensor"] == k)
-        if not columns.is_slant(sensor) or not len(rows):
+    rows, notes = [np.arange(len(arrays["time"]))], []
+    for column, owner in beside_kinds().items():
+        given = np.flatnonzero(np.isfinite(cells[column])) if column in cells else rows[0][:0]
+        if not given.size:
             continue
-        own = arrays.get("own_position")
-        moving = sensor.name in setup.body_frame or (own is not None and bool(own[rows].any()))
-        there = np.zeros(len(rows), dtype=bool) if given is None else np.isfinite(given[rows])
-        if not there.any() or moving:
-            if height is not None:
-                height[rows] = np.nan
-            if setup.origin is not None or there.any():
-                notes.append(_ground(sensor, bool(there.any())))
+        if setup.targets == "surface":
+            notes.append(f"column {column!r} is not used: targets are on the surface")
             continue
-        _bring_down(setup, k, rows, there, arrays["values"], height, where)
-        if sensor.name not in setup.heights_m:
-            notes.append(f"the height of {sensor.name} is not given and taken as 0 m")
-    return height, tuple(notes)
+        setup, number = _sensor(setup, owner, column)
+        arrays = _appended(arrays, number, given, factor(column) * cells[column][given])
+        rows.append(given)
+    every = np.concatenate(rows)
+    if len(rows) > 1:
+        arrays["beside"] = every.copy()
+    return Beside(setup, arrays, every, tuple(notes))
 
 
-def _ground(sensor: Sensor, moving: bool) -> str:
-    why = "it moves, and heights are not used" if moving else "there is no height_m"
+def _sensor(setup: Setup, owner: type[Sensor], column: str) -> tuple[Setup, int]:
+    """Number of the sensor whose reports a column has, in a setup that has it."""
+    kind = owner.kind
+    found = [k for k, s in enumerate(setup.sensors) if s.kind.name == kind.name]
+    if len(found) > 1:
+        names = [setup.sensors[k].name for k in found]
+        raise InvalidInputError(
+            f"{column} stands beside the reports of others, and of the sensors {names} either "
+            "may have made it; give the setup one of them."
+        )
+    if found:
+        return setup, found[0]
+    if any(sensor.name == kind.name for sensor in setup.sensors):
+        raise InvalidInputError(
+            f"{column} needs a sensor of kind {kind.name!r}, and another sensor has that name; add "
+            f"a [[sensor]] of this kind under another name to the setup."
+        )
+    sigmas = dict.fromkeys(kind.sigmas, kind.beside)
+    added: Sensor = kind.make(owner, sigmas, name=kind.name)
+    biases = {**setup.biases, added.name: default_terms(added)}
+    completed = dataclasses.replace(setup, sensors=(*setup.sensors, added), biases=biases)
+    return completed, len(setup.sensors)
+
+
+def _appended(
+    arrays: dict[str, Any], sensor: int, rows: IntArray, values: FloatArray
+) -> dict[str, Any]:
+    """Arrays with reports of one component after the others."""
+    n = len(rows)
+    more = {name: array[rows] for name, array in arrays.items()}
+    more["sensor"] = np.full(n, sensor, dtype=arrays["sensor"].dtype)
+    more["values"] = np.full((n, arrays["values"].shape[1]), np.nan)
+    more["values"][:, 0] = values
+    if "own_position" in arrays:
+        more["own_position"] = np.zeros((n, arrays["own_position"].shape[1]))
+    if "heading" in arrays:
+        more["heading"] = np.full(n, np.nan)
+    return {name: np.concatenate([array, more[name]]) for name, array in arrays.items()}
+
+
+def in_order(arrays: dict[str, Any], order: IntArray) -> dict[str, Any]:
+    """Arrays of a recording in another order."""
+    moved = {name: array[order] for name, array in arrays.items()}
+    if "beside" in arrays:
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        moved["beside"] = number[moved["beside"]]
+    return moved
+
+
+def against_prior(setup: Setup, heights: FloatArray) -> tuple[str, ...]:
+    """Say, or refuse, that reported heights (n,) contradict the prior on those of targets.
+
+    Raises
+    ------
+    InvalidInputError
+        Half of them do.
+    """
+    if setup.target_height is None or not heights.size:
+        return ()
+    mean, sd = setup.target_height
+    far = np.abs(heights - mean) > FAR_SIGMAS * sd
+    if far.mean() > 0.5:
+        raise InvalidInputError(
+            f"target_height is {mean:g} m, give or take {sd:g} m, and {far.mean():.0%} of the "
+            f"reported heights are more than {FAR_SIGMAS:g} standard deviations away (their "
+            f"median is {np.median(heights):.0f} m). Correct the prior, or the unit of heights."
+        )
+    if far.mean() <= FEW:
+        return ()
     return (
-        f"ranges of {sensor.name} are taken as ground ranges ({why}): those of aircraft are slant "
-        "ranges, too long by the height squared over twice the range"
+        f"{far.mean():.0%} of the reported heights are more than {FAR_SIGMAS:g} standard "
+        f"deviations from target_height ({mean:g} m, give or take {sd:g} m): widen it",
     )
 
 
-def _bring_down(
-    setup: Setup,
-    k: int,
-    rows: IntArray,
-    there: Any,
-    values: FloatArray,
-    height: Any,
-    where: columns.Where,
-) -> None:
-    """Rows of one radar, all of which must have a height that can be."""
-    sensor = setup.sensors[k]
-    if not there.all():
-        lost = np.flatnonzero(~there)
-        raise InvalidInputError(
-            f"{where(int(rows[lost[0]]))}: height_m is empty, and other reports of sensor "
-            f"{sensor.name!r} have one ({lost.size} of {len(rows)} lack it). Fill it in, or remove "
-            "the rows: slant and ground ranges do not mix."
+def heights_assumed(setup: Setup, arrays: Mapping[str, Any]) -> tuple[str, ...]:
+    """Say which sensors of two dimensions, that do not move, and which targets have no height."""
+    if setup.dim == 2:
+        return ()
+    own = arrays.get("own_position")
+    moving = set() if own is None else set(np.unique(arrays["sensor"][own.any(axis=1)]).tolist())
+    said = [
+        f"the height of {sensor.name} is not given and taken as 0 m"
+        for k, sensor in enumerate(setup.sensors)
+        if sensor.position is not None
+        and len(sensor.position) == 2
+        and sensor.name not in setup.places
+        and k not in moving
+    ]
+    if setup.target_height is None and not _tells_heights(setup, arrays):
+        said.append(
+            "no report tells a height, and targets are in the air: give a target_height in the "
+            'setup, or targets = "surface" for ships and vehicles'
         )
-    columns.inside(height[rows], "height_m", rows, where)
-    flat = flattened(setup, sensor, values[rows, :2], height[rows])
-    bad = np.flatnonzero(~np.isfinite(flat).all(axis=1))
-    if bad.size:
-        row = int(rows[bad[0]])
-        raise InvalidInputError(
-            f"{where(row)}: no target can be {values[row, 0]:.0f} m from sensor {sensor.name!r} "
-            f"and {height[row]:.0f} m high ({bad.size} such). Correct the height (metres, not "
-            "feet) or that of the sensor, or remove the row."
-        )
-    values[rows, :2] = flat
+    return tuple(said)
+
+
+def _tells_heights(setup: Setup, arrays: Mapping[str, Any]) -> bool:
+    """Whether any report has a component that depends on the height at first order."""
+    return any(
+        bool(np.isfinite(arrays["values"][arrays["sensor"] == k, j]).any())
+        for k, sensor in enumerate(setup.sensors)
+        for j, name in enumerate(sensor.bias_names)
+        if name in VERTICAL
+    )

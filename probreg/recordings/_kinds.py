@@ -9,8 +9,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings._setup import Setup
-from probreg.recordings._slant import raised
-from probreg.sensors import Sensor, known_kinds
+from probreg.sensors import Barometer, Sensor, known_kinds
 from probreg.sensors.frame import LocalFrame
 from probreg.sensors.terms import known_terms
 from probreg.typing import FloatArray
@@ -22,14 +21,19 @@ ENDINGS = {"m": "_m", "rad": "_deg", "s": "_s"}  # of a key, by the unit of a bi
 
 
 def factor(key: str) -> float:
-    """SI units a unit of a key or column, by the ending of its name."""
-    return float(np.deg2rad(1.0)) if key.endswith("_deg") else 1.0
+    """SI units a unit of a key or column, by the ending of its name or as its kind has it."""
+    if key.endswith("_deg"):
+        return float(np.deg2rad(1.0))
+    return next(
+        (owner.kind.others[key] for owner in known_kinds().values() if key in owner.kind.others),
+        1.0,
+    )
 
 
 def keys_of(owner: type[Sensor]) -> tuple[str, ...]:
     """Every key that a sensor of a class may have."""
     kind = owner.kind
-    place = ("position_m", *PLACE) if kind.coordinates else ()
+    place = ("position_m", *PLACE, "refraction") if kind.coordinates else ()
     angles = () if owner.azimuth_column is None else ("from_north", "body_frame")
     return (*COMMON, *kind.sigmas, *place, *angles)
 
@@ -79,23 +83,16 @@ def _position(table: Mapping[str, Any], frame: LocalFrame | None, count: int) ->
             raise InvalidInputError(
                 f"position_m of {owner} has {len(position)} numbers; give [east, north, up]."
             )
-        return tuple(position[:count].tolist())
+        return tuple(position.tolist())
     if frame is None:
         raise InvalidInputError(f"{owner} lacks position_m (or {', '.join(PLACE)}).")
-    local = frame.from_geodetic(np.asarray(place(table, owner)))
-    return tuple(local[:count].tolist())
+    return tuple(frame.from_geodetic(np.asarray(place(table, owner))).tolist())
 
 
-def height_of(table: Mapping[str, Any], frame: LocalFrame | None) -> float | None:
-    """Height of a two-dimensional radar, which its sensor does not keep; None if not given."""
-    if known_kinds()[table["kind"]].kind.coordinates != 2:
-        return None
-    if "position_m" not in table:
-        return place(table, f"sensor {table['name']!r}")[2]
-    position = np.asarray(table["position_m"], dtype=float)
-    if len(position) < 3:
-        return None
-    return float(position[2] if frame is None else frame.to_geodetic(position)[2])
+def places_of(tables: Sequence[Mapping[str, Any]]) -> dict[str, tuple[float, float, float]]:
+    """Places of the sensors that are given on the earth."""
+    given = [table for table in tables if any(key in table for key in PLACE)]
+    return {table["name"]: place(table, f"sensor {table['name']!r}") for table in given}
 
 
 def _number(table: Mapping[str, Any], key: str) -> float:
@@ -150,10 +147,16 @@ def to_sensor(table: Mapping[str, Any], frame: LocalFrame | None, dim: int) -> S
     return made
 
 
+def default_terms(sensor: Sensor) -> tuple[str, ...]:
+    """Terms to estimate unless the setup says otherwise."""
+    return sensor.bias_names if sensor.kind.terms is None else sensor.kind.terms
+
+
 def terms_of(table: Mapping[str, Any], sensor: Sensor) -> tuple[str, ...]:
-    """Terms to estimate: those named, none of a reference, else every report component."""
+    """Terms to estimate: those named, none of a reference, else what is usual for the kind."""
     reference = flag(table, "reference", False)
-    terms = table.get("biases", [] if reference else list(sensor.bias_names))
+    usual = default_terms(sensor)
+    terms = table.get("biases", [] if reference else list(usual))
     if not isinstance(terms, list) or not all(isinstance(term, str) for term in terms):
         raise InvalidInputError(f"biases of sensor {sensor.name!r} must be a list of names.")
     if reference and terms:
@@ -187,13 +190,10 @@ def _ending(term: str, sensor: Sensor) -> str:
     return ENDINGS.get(known[term].unit, "") if term in known else ""
 
 
-def _up(setup: Setup, sensor: Sensor) -> tuple[float, ...]:
-    """Third coordinate of a two-dimensional radar whose height is known."""
-    height = setup.heights_m.get(sensor.name)
-    if height is None or setup.origin is None:
-        return () if height is None else (height,)
-    frame, plane = LocalFrame(*setup.origin), np.asarray(sensor.position)
-    return (float(frame.from_geodetic(raised(frame, plane, np.array(height)))[2]),)
+def target_keys(sensors: Sequence[Sensor]) -> dict[str, str]:
+    """Keys of `target_terms`, with the unit at the end, by name of the term."""
+    owners = (*sensors, Barometer(1.0))  # which readers of heights add
+    return {name: name + _ending(name, sensor) for sensor in owners for name in known_terms(sensor)}
 
 
 def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
@@ -207,8 +207,12 @@ def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
     table: dict[str, Any] = {"name": sensor.name, "kind": sensor.kind.name}
     for key, value in sensor.kind.sigmas_of(sensor).items():
         table[key] = value if sensor.kind.per_axis else value / factor(key)
-    if sensor.position is not None:
-        table["position_m"] = [*sensor.position, *_up(setup, sensor)]
+    if sensor.name in setup.places:
+        table |= zip(PLACE, setup.places[sensor.name], strict=True)
+    elif sensor.position is not None:
+        table["position_m"] = list(sensor.position)
+    if sensor.name in setup.refraction:
+        table["refraction"] = setup.refraction[sensor.name]
     if sensor.azimuth_column is not None:
         table["from_north"] = sensor.from_north
         table["body_frame"] = sensor.name in setup.body_frame

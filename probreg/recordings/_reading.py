@@ -23,6 +23,9 @@ class Reading:
     ----------
     path : Path
     recording : Recording
+    setup : Setup
+        With what the file told of the sensors: those whose reports were found beside others',
+        and which of them report latitudes.
     notes : tuple of str
         What the reader of results should know: columns not used, rows put in order.
     writer : callable, optional
@@ -31,7 +34,8 @@ class Reading:
 
     path: Path
     recording: Recording
-    notes: tuple[str, ...]
+    setup: Setup
+    notes: tuple[str, ...] = ()
     writer: Writer | None = None
 
     def row_name(self, report: int) -> str:

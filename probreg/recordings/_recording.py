@@ -8,7 +8,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.sensors import Sensor
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
 UNKNOWN = -1
@@ -26,7 +26,8 @@ class Recording:
     time : ndarray, shape (n,)
         Seconds, not decreasing.
     values : ndarray, shape (n, q)
-        Reports in the sensor's components and units (metres, radians); NaN beyond the
+        Reports in the sensor's components and units (metres, radians), in its own axes: slant
+        range, azimuth from its own north; NaN for what is not reported, and beyond the
         components of a sensor that has fewer than q.
     target : ndarray of int, shape (n,)
         Identity of the target as the recording gives it, -1 where it gives none.
@@ -94,6 +95,14 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def alone(self) -> BoolArray:
+        """Which reports (n,) did not come with another one."""
+        if self.beside is None:
+            return np.ones(len(self), dtype=bool)
+        found: BoolArray = self.beside == np.arange(len(self))
+        return found
 
     def only(self, *names: str) -> Recording:
         """The reports of some of the sensors.

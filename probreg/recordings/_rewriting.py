@@ -10,10 +10,9 @@ import pyarrow as pa
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
-from probreg.recordings._heights import places, slanted
 from probreg.recordings._kinds import factor
+from probreg.recordings._north import geodetic_axes
 from probreg.recordings._recording import Recording
-from probreg.recordings._setup import Setup
 from probreg.recordings._table_reading import TableReading
 from probreg.recordings.files import replacing
 from probreg.sensors import Sensor
@@ -22,57 +21,62 @@ from probreg.typing import FloatArray, IntArray
 
 
 def rewrite(
-    old: TableReading, path: str | Path, recording: Recording, setup: Setup, rows: IntArray | None
+    old: TableReading, path: str | Path, recording: Recording, rows: IntArray | None
 ) -> None:
     """Write a table like `old`, see `probreg.recordings.table.write`."""
     path, like = Path(path), old.path
     if path.suffix.lower() != like.suffix.lower():
         raise InvalidInputError(f"{path} must end with {like.suffix}, as {like} does.")
     rows = old.rows if rows is None else np.asarray(rows)
-    if not np.array_equal(np.sort(rows), np.arange(len(old.rows))):
-        raise InvalidInputError(f"rows must name each of the {len(old.rows)} rows of {like} once.")
-    back = np.argsort(old.rows)[rows]
-    if not np.array_equal(old.recording.sensor[back], recording.sensor):
+    count = len(np.unique(old.rows))
+    if len(rows) != len(recording) or not np.array_equal(np.unique(rows), np.arange(count)):
+        raise InvalidInputError(f"rows must name each of the {count} rows of {like} once.")
+    # a row is of one report, and of those that stand beside it: by other sensors
+    known, given = (
+        row * len(recording.sensors) + sensor
+        for row, sensor in ((old.rows, old.recording.sensor), (rows, recording.sensor))
+    )
+    back = np.empty(len(rows), dtype=np.int64)
+    back[np.argsort(given)] = np.argsort(known)
+    if not np.array_equal(known[back], given):
         raise InvalidInputError(
             f"the recording's sensors are not those of the rows of {like}; pass the rows that its "
             "reports belong to."
         )
-    moved = _changes(old, recording, setup, back, rows)
+    moved = _changes(old, recording, back, rows)
     with replacing(path) as part:
         old.stream.rewrite(part, like, partial(_apply, moved, old.signed))
 
 
 def _changes(
-    old: TableReading, new: Recording, setup: Setup, back: IntArray, rows: IntArray
+    old: TableReading, new: Recording, back: IntArray, rows: IntArray
 ) -> dict[str, FloatArray]:
     """What to add to each column's cells, in the order of the file and in the file's units."""
     changes: dict[str, FloatArray] = {}
+    count = len(np.unique(rows))
     for k, sensor in enumerate(new.sensors):
         own = np.flatnonzero(new.sensor == k)
-        height = None if old.height_m is None else old.height_m[back[own]]
-        cells = partial(_cells, setup, sensor, old.geodetic, height)
+        cells = partial(_cells, old, sensor)
         before = cells(old.recording.values[back[own]])
         for column, after in cells(new.values[own]).items():
             change = after - before[column]
             if column in ("azimuth_deg", "longitude_deg"):
                 change = np.rad2deg(wrap_angle(np.deg2rad(change)))
-            changes.setdefault(column, np.zeros(len(rows)))[rows[own]] = change
-    time = np.zeros(len(rows))
-    time[rows] = new.time - old.recording.time[back]
+            # a height that is missing stays so
+            changes.setdefault(column, np.zeros(count))[rows[own]] = np.nan_to_num(change)
+    time = np.zeros(count)
+    alone = new.alone
+    time[rows[alone]] = (new.time - old.recording.time[back])[alone]
     return {**changes, **dict.fromkeys(columns.TIMES, time)}
 
 
-def _cells(
-    setup: Setup, sensor: Sensor, geodetic: bool, height: FloatArray | None, values: FloatArray
-) -> dict[str, FloatArray]:
-    """Values of one sensor as its columns have them, but for a constant turn of azimuth."""
+def _cells(old: TableReading, sensor: Sensor, values: FloatArray) -> dict[str, FloatArray]:
+    """Values of one sensor as its columns have them."""
     values = values[:, : len(sensor.bias_names)]
-    if geodetic and sensor.cartesian and height is not None:
-        found = places(setup, values, height)
-        return dict(zip(columns.GEODETIC, found.T[: max(2, sensor.dim)], strict=False))
-    if columns.is_slant(sensor) and height is not None and np.isfinite(height).all():
-        values = slanted(setup, sensor, values, height)
-    return {name: values[:, j] / factor(name) for j, name in enumerate(columns.of_reports(sensor))}
+    names = columns.columns_of(sensor, old.names)
+    if sensor.name in old.setup.geodetic:
+        return dict(zip(names, geodetic_axes(old.setup, sensor).places(values).T, strict=False))
+    return {name: values[:, j] / factor(name) for j, name in enumerate(names)}
 
 
 def _apply(

@@ -12,8 +12,9 @@ import pyarrow as pa
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import _columns as columns
-from probreg.recordings._heights import convergence, positions, signed
+from probreg.recordings._heights import beside_kinds
 from probreg.recordings._kinds import factor
+from probreg.recordings._north import convergence, geodetic_axes
 from probreg.recordings._setup import Setup
 from probreg.recordings._stream import Stream
 from probreg.sensors import Sensor
@@ -44,9 +45,18 @@ class Rows:
     names: list[str] = field(default_factory=list)
 
     @property
-    def geodetic(self) -> bool:
-        """Whether position sensors report in latitude, longitude and height; once read."""
-        return any(columns.is_geodetic(sensor, self.names) for sensor in self.setup.sensors)
+    def geodetic(self) -> frozenset[str]:
+        """Position sensors that report in latitude and longitude; once read."""
+        sensors = self.setup.sensors
+        return frozenset(s.name for s in sensors if columns.is_geodetic(s, self.names))
+
+    def beside(self, arrays: dict[str, Any], column: str) -> FloatArray:
+        """Cells (n,) of a column where they are no component of the row's own report."""
+        cells: FloatArray = arrays[column].copy()
+        for k, sensor in enumerate(self.setup.sensors):
+            if column in columns.columns_of(sensor, self.names):
+                cells[arrays["sensor"] == k] = np.nan
+        return cells
 
     def where(self, row: int) -> str:
         """Name a row, counted from 0, for an error."""
@@ -106,11 +116,13 @@ class Rows:
         out["azimuth_deg"] = cells.get("azimuth_deg", np.full(len(batch), np.nan))
         moving = columns.OWN[0] in cells or columns.OWN[1] in cells
         if moving:
-            out["own_position"] = np.zeros((len(batch), max(s.dim for s in sensors)))
+            out["own_position"] = np.zeros((len(batch), 3))
         if "heading_deg" in cells:
             out["heading"] = np.full(len(batch), np.nan)
-        if "height_m" in cells:
-            out["height_m"] = np.full(len(batch), np.nan)
+        for name in beside_kinds().keys() & cells.keys():
+            given = np.flatnonzero(~np.isnan(cells[name]))
+            columns.inside(cells[name][given], name, given, where)
+            out[name] = cells[name]
         for k, own in enumerate(sensors):
             rows = np.flatnonzero(sensor == k)
             self._fill(out, own, rows, cells, where)
@@ -127,33 +139,33 @@ class Rows:
         """Write one sensor's rows into the arrays."""
         for name in columns.needed(sensor, self.setup, cells):
             columns.inside(cells[name][rows], name, rows, where)
-        if "height_m" in out:
-            out["height_m"][rows] = cells["height_m"][rows]
+        reported = columns.columns_of(sensor, cells)
+        missing = np.full(len(rows), np.nan)
+        given = [cells[name][rows] if name in cells else missing for name in reported]
         if columns.is_geodetic(sensor, cells):
-            places = np.stack([cells[name][rows] for name in columns.GEODETIC], axis=1)
-            out["values"][rows, : sensor.dim] = positions(self.setup, sensor, places)
+            places = np.stack([*given, missing][:3], axis=1)
+            values = geodetic_axes(self.setup, sensor).values(places)
+            out["values"][rows, : sensor.dim] = values[:, : sensor.dim]
             return
-        own: FloatArray = np.zeros((len(rows), sensor.dim))
+        own: FloatArray = np.zeros((len(rows), 3))
         # a position sensor reports in the common frame whatever carries it
         if "own_position" in out and not sensor.cartesian:
-            own = self._own(cells, rows, out["own_position"].shape[1], where)
+            own = self._own(cells, rows, where)
             out["own_position"][rows] = own
-        turn = convergence(self.setup, sensor, own)
-        for j, column in enumerate(columns.of_reports(sensor)):
-            value = factor(column) * cells[column][rows]
-            if j == sensor.azimuth_column:
-                value = wrap_angle(value + signed(self.setup, sensor, turn))
-            out["values"][rows, j] = value
+        for j, column in enumerate(reported):
+            value = factor(column) * given[j]
+            out["values"][rows, j] = wrap_angle(value) if j == sensor.azimuth_column else value
         if "heading" in out:
+            turn = convergence(self.setup, sensor, own)
             heading = cells["heading_deg"][rows]
-            given = np.flatnonzero(np.isfinite(heading))
-            columns.inside(heading[given], "heading_deg", rows[given], where)
+            there = np.flatnonzero(np.isfinite(heading))
+            columns.inside(heading[there], "heading_deg", rows[there], where)
             out["heading"][rows] = azimuth_from_north(np.deg2rad(heading) + turn)
 
     def _own(
-        self, cells: dict[str, FloatArray], rows: IntArray, dim: int, where: columns.Where
+        self, cells: dict[str, FloatArray], rows: IntArray, where: columns.Where
     ) -> FloatArray:
-        """Own positions (m, dim); rows that give none at all do not move."""
+        """Own positions (m, 3); rows that give none at all do not move."""
         names = [name for name in columns.OWN if name in cells]
         given = np.stack([cells[name][rows] for name in names], axis=1)
         moving = np.isfinite(given).any(axis=1)
@@ -161,4 +173,4 @@ class Rows:
         for j, name in enumerate(names):
             values = columns.inside(given[moving, j], name, rows[moving], where)
             own[moving, columns.OWN.index(name)] = values
-        return own[:, :dim]
+        return own

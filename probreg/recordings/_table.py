@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,27 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
-from probreg.recordings._heights import bring_down
+from probreg.recordings._heights import (
+    Beside,
+    add_beside,
+    against_prior,
+    beside_kinds,
+    heights_assumed,
+    in_order,
+)
+from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
 from probreg.recordings._rewriting import rewrite
 from probreg.recordings._rows import Rows
 from probreg.recordings._setup import Setup
 from probreg.recordings._stream import Stream
 from probreg.recordings._table_reading import TableReading
-from probreg.recordings._units import refuse_kilometres, refuse_milliseconds, refuse_radians
+from probreg.recordings._units import (
+    refuse_feet,
+    refuse_kilometres,
+    refuse_milliseconds,
+    refuse_radians,
+)
 from probreg.typing import IntArray
 
 ROW_LIMIT = 10_000_000
@@ -40,33 +54,51 @@ def read_table(
 
 def _read(rows: Rows, row_limit: int, trust_units: bool) -> TableReading:
     arrays = rows.read(row_limit)
-    order = np.argsort(arrays["time"], kind="stable")
-    notes = (*rows.stream.remarks(rows.path), *_notes(rows, arrays))
+    notes = [*rows.stream.remarks(rows.path), *rows.setup.notes, *_notes(rows, arrays)]
     cells = arrays.pop("azimuth_deg")
     if not trust_units:
         refuse_radians(cells[np.isfinite(cells)])
-    height, said = bring_down(rows.setup, arrays, rows.where)
+    whole, said = _with_heights(rows, arrays, trust_units)
+    order = np.argsort(whole.arrays["time"], kind="stable")
+    row = whole.rows[order]
     recording = Recording(
-        rows.setup.sensors,
-        labels=tuple(rows.labels),
-        **{name: array[order] for name, array in arrays.items()},
+        whole.setup.sensors, labels=tuple(rows.labels), **in_order(whole.arrays, order)
     )
     if not trust_units:
-        refuse_milliseconds(recording, rows.setup.window_s)
-    checks.check(recording, rows.setup.window_s, lambda report: rows.where(int(order[report])))
+        refuse_milliseconds(recording)
+    checks.check(recording, lambda report: rows.where(int(row[report])))
     if not trust_units:
         refuse_kilometres(recording)
     return TableReading(
         rows.path,
         recording,
-        (*notes, *said),
-        partial(_write_changed, rows.stream, rows.path, order),
+        whole.setup,
+        (*notes, *said, *whole.notes),
+        partial(_write_changed, rows.stream, rows.path, row),
         stream=rows.stream,
-        rows=order,
+        rows=row,
         signed=bool((cells < 0.0).any()),
-        height_m=None if height is None else height[order],
-        geodetic=rows.geodetic,
+        names=tuple(rows.names),
     )
+
+
+def _with_heights(
+    rows: Rows, arrays: dict[str, Any], trust_units: bool
+) -> tuple[Beside, list[str]]:
+    """Heights as reports of their own, checked; and what to say of them."""
+    cells = {name: rows.beside(arrays, name) for name in beside_kinds() if name in arrays}
+    given = {name: arrays.pop(name) for name in cells}
+    given = {name: factor(name) * column[~np.isnan(column)] for name, column in given.items()}
+    said: list[str] = []
+    if not trust_units:
+        for name, heights in given.items():
+            said += refuse_feet(name, heights)
+    setup = dataclasses.replace(rows.setup, geodetic=rows.geodetic)
+    whole = add_beside(setup, arrays, cells)
+    if "own_position" in whole.arrays:
+        whole.arrays["own_position"] = whole.arrays["own_position"][:, : whole.setup.dim]
+    said += against_prior(whole.setup, np.concatenate([*given.values(), np.zeros(0)]))
+    return whole, [*said, *heights_assumed(whole.setup, whole.arrays)]
 
 
 def _write_changed(
@@ -80,7 +112,7 @@ def _write_changed(
 ) -> None:
     """Write a table of the same form, see `probreg.recordings.table.write`."""
     now = read_table(stream, like, setup, row_limit=len(changed), trust_units=True)
-    rewrite(now, path, changed, setup, rows[order])
+    rewrite(now, path, changed, rows[order])
 
 
 def _notes(rows: Rows, arrays: dict[str, Any]) -> tuple[str, ...]:

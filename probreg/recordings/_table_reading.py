@@ -8,7 +8,7 @@ from functools import cached_property
 
 from probreg.recordings._reading import Reading
 from probreg.recordings._stream import Stream
-from probreg.typing import FloatArray, IntArray
+from probreg.typing import IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class TableReading(Reading):
 
     Attributes
     ----------
-    path, recording, notes, writer
+    path, recording, setup, notes, writer
         See `Reading`.
     stream : Stream
         By which the table is read and rewritten.
@@ -25,18 +25,15 @@ class TableReading(Reading):
         Row of the file, from 0, that each report was in.
     signed : bool
         Whether the file has azimuths below zero, rather than from 0 to 360 degrees.
-    height_m : ndarray, shape (n,), optional
-        Of the target of each report, where it was used to read it; else NaN.
-    geodetic : bool
-        Whether position sensors report in latitude, longitude and height.
+    names : tuple of str
+        Of the columns.
     """
 
     _: KW_ONLY
     stream: Stream
     rows: IntArray
     signed: bool
-    height_m: FloatArray | None = None
-    geodetic: bool = False
+    names: tuple[str, ...] = ()
 
     def row_name(self, report: int) -> str:
         """Line or row of the file."""

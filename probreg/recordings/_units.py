@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.recordings._kinds import factor
 from probreg.recordings._recording import Recording
 from probreg.typing import FloatArray
 
 ENOUGH = 20  # reports, to speak of a spread
 TRUST = "say that they are right with --trust-units (in Python trust_units=True)"
 LATEST_S = 1e11  # POSIX seconds are below for three thousand years
-MANY_WINDOWS = 100.0  # between reports of one target by one sensor: no row is ever made
+LONGEST_SCAN_S = 1_000.0  # between reports of one target by one sensor
+NO_AIRLINER_M = 20_000.0
+HIGHEST_LEVEL_M = 16_000.0
+STEP_FT = 25.0
 NEARLY_A_TURN = 5.5  # of the 6.28 that radians can spread over
 FEW_SIGMAS = 10.0  # no radar's longest range is so few of its standard deviations
 
@@ -34,25 +38,45 @@ def refuse_radians(azimuths_deg: FloatArray) -> None:
         )
 
 
-def refuse_milliseconds(recording: Recording, window_s: float) -> None:
-    """Refuse times far in the future, and reports too far apart for any row."""
+def refuse_milliseconds(recording: Recording) -> None:
+    """Refuse times far in the future, and reports too far apart for any track."""
     columns = (recording.time, recording.target, recording.sensor)
     order = np.lexsort(columns)
     time, target, sensor = (column[order] for column in columns)
     same = (np.diff(target) == 0) & (np.diff(sensor) == 0)
     gap = float(np.median(np.diff(time)[same])) if same.any() else 0.0
     latest = float(np.abs(time).max(initial=0.0))
-    if latest <= LATEST_S and gap <= MANY_WINDOWS * window_s:
+    if latest <= LATEST_S and gap <= LONGEST_SCAN_S:
         return
     reason = (
         f"times are as late as {latest:g} s"
         if latest > LATEST_S
-        else f"reports of one sensor and target are typically {gap:g} s apart and window_s is "
-        f"{window_s:g} s"
+        else f"reports of one sensor and target are typically {gap:g} s apart"
     )
     raise InvalidInputError(
-        f"{reason}: these look like milliseconds. Convert the times to seconds, enlarge window_s, "
-        f"or {TRUST}."
+        f"{reason}: these look like milliseconds. Convert the times to seconds, or {TRUST}."
+    )
+
+
+def refuse_feet(column: str, heights: FloatArray) -> tuple[str, ...]:
+    """Refuse heights (n,) that only feet can be, and say which may be.
+
+    Aircraft report in steps of 25 or 100 feet. Metres that are whole multiples of these numbers
+    are those of a metric flight level, or of a column that was not converted.
+    """
+    if heights.size < ENOUGH or factor(column) != 1.0:
+        return ()
+    stepped = bool((heights == STEP_FT * np.rint(heights / STEP_FT)).all())
+    if np.median(heights) > NO_AIRLINER_M or (stepped and heights.max() > HIGHEST_LEVEL_M):
+        raise InvalidInputError(
+            f"column {column!r} runs to {heights.max():g}, most above {np.median(heights):.0f}: "
+            f"these look like feet. Multiply them by 0.3048, or {TRUST}."
+        )
+    if not stepped or np.ptp(heights) == 0.0:
+        return ()
+    return (
+        f"every {column} is a whole multiple of {STEP_FT:g}: if these are feet, multiply them by "
+        "0.3048",
     )
 
 

@@ -10,39 +10,54 @@ from probreg.errors import InvalidInputError
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.typing import IntArray
 
+FARTHEST_S = 60.0  # between the times of a sensor and those of the others
+
 
 def _report(number: int) -> str:
     return f"report {number}"
 
 
 def several_sensors(recording: Recording) -> None:
-    """Refuse fewer than two sensors, and sensors without a report."""
+    """Refuse fewer than two sensors, and sensors without a report.
+
+    Heights beside the reports of others are no second opinion of where those have a target.
+    """
     names = [sensor.name for sensor in recording.sensors]
-    if len(names) < 2:
-        raise InvalidInputError(
-            f"one sensor only ({', '.join(names)}): a bias shows in what two sensors, or a sensor "
-            "and a reference, say of one target. Add the reports of another."
-        )
     counts = np.bincount(recording.sensor, minlength=len(names))
+    alone = np.bincount(recording.sensor[recording.alone], minlength=len(names))
     silent = [name for name, count in zip(names, counts, strict=True) if count == 0]
-    if silent:
+    if len(names) > 1 and silent:
         raise InvalidInputError(
             f"sensor {silent[0]!r} has no report. Take it out of the setup, or correct its name: "
             f"with reports are {[n for n, c in zip(names, counts, strict=True) if c]}."
         )
+    if (alone > 0).sum() < 2:
+        own = [name for name, count in zip(names, alone, strict=True) if count] or names
+        raise InvalidInputError(
+            f"one sensor only ({', '.join(own)}): a bias shows in what two sensors, or a sensor "
+            "and a reference, say of one target. Add the reports of another."
+        )
 
 
 def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -> None:
-    """Refuse two reports that agree in sensor, time, target and every value."""
-    columns = (recording.time, recording.sensor, recording.target, *recording.values.T)
+    """Refuse two reports that agree in sensor, time, target and every value.
+
+    Of what came beside others only these are compared.
+    """
+    alone = np.flatnonzero(recording.alone)
+    columns = [
+        column[alone]
+        for column in (recording.time, recording.sensor, recording.target, *recording.values.T)
+    ]
     order = np.lexsort(columns[::-1])
-    same = np.ones(max(len(recording) - 1, 0), dtype=bool)
+    same = np.ones(max(len(alone) - 1, 0), dtype=bool)
     for column in columns:
         ahead, behind = column[order[1:]], column[order[:-1]]
         same &= (ahead == behind) | ((ahead != ahead) & (behind != behind))
     twice = np.flatnonzero(same)
     if twice.size:
-        first, second = sorted((int(order[twice[0]]), int(order[twice[0] + 1])))
+        pair = alone[order[twice[0] : twice[0] + 2]]
+        first, second = sorted(pair.tolist())
         raise InvalidInputError(
             f"{where(second)} repeats {where(first)}: same sensor, time, target and values "
             f"({twice.size} such in all). Remove the repetitions; they would count twice."
@@ -61,15 +76,16 @@ def several_at_once(recording: Recording) -> IntArray:
     return np.bincount(again, minlength=len(recording.sensors))
 
 
-def clocks_overlap(recording: Recording, window_s: float) -> None:
-    """Refuse a sensor that reports at no time, within a window, at which another does."""
+def clocks_overlap(recording: Recording) -> None:
+    """Refuse a sensor that reports at no time, within a minute, at which another does."""
     spans = []
-    for k in range(len(recording.sensors)):
-        time = recording.time[recording.sensor == k]
+    own = _own_reports(recording)
+    for reports in own.values():
+        time = recording.time[reports]
         spans.append((time[0], time[-1]))
-    for k, (start, end) in enumerate(spans):
-        gaps = [max(s - end, start - e) for j, (s, e) in enumerate(spans) if j != k]
-        if min(gaps) > window_s:
+    for k, (start, end) in zip(own, spans, strict=True):
+        gaps = [max(s - end, start - e) for j, (s, e) in zip(own, spans, strict=True) if j != k]
+        if min(gaps) > FARTHEST_S:
             raise InvalidInputError(
                 f"the times of sensor {recording.sensors[k].name!r} ({start:.3f} to {end:.3f} s) "
                 f"miss those of every other by {min(gaps):.3f} s or more. Were other clocks "
@@ -79,11 +95,11 @@ def clocks_overlap(recording: Recording, window_s: float) -> None:
 
 def common_targets(recording: Recording) -> None:
     """Refuse a sensor whose identities no other sensor gives, where two give identities."""
-    sets = [
-        set(np.unique(recording.target[(recording.sensor == k)]).tolist()) - {UNKNOWN}
-        for k in range(len(recording.sensors))
-    ]
-    given = [k for k, own in enumerate(sets) if own]
+    sets = {
+        k: set(np.unique(recording.target[reports]).tolist()) - {UNKNOWN}
+        for k, reports in _own_reports(recording).items()
+    }
+    given = [k for k, own in sets.items() if own]
     for k in given if len(given) > 1 else ():
         others = set().union(*(sets[j] for j in given if j != k))
         if not sets[k] & others:
@@ -95,20 +111,25 @@ def common_targets(recording: Recording) -> None:
             )
 
 
+def _own_reports(recording: Recording) -> dict[int, IntArray]:
+    """Numbers of the reports that stand alone, of each sensor that has any."""
+    alone = recording.alone
+    found = {
+        k: np.flatnonzero(alone & (recording.sensor == k)) for k in range(len(recording.sensors))
+    }
+    return {k: reports for k, reports in found.items() if reports.size}
+
+
 def _label(recording: Recording, target: int) -> str:
     return repr(recording.labels[target]) if target < len(recording.labels) else str(target)
 
 
-def check(
-    recording: Recording, window_s: float = 10.0, where: Callable[[int], str] = _report
-) -> None:
+def check(recording: Recording, where: Callable[[int], str] = _report) -> None:
     """Run every check.
 
     Parameters
     ----------
     recording : Recording
-    window_s : float
-        Longest time between reports that are compared.
     where : callable, optional
         From the number of a report to what the reader of an error knows it by.
 
@@ -120,5 +141,5 @@ def check(
     """
     several_sensors(recording)
     no_duplicates(recording, where)
-    clocks_overlap(recording, window_s)
+    clocks_overlap(recording)
     common_targets(recording)

@@ -3,15 +3,16 @@
 Columns: `time_s` or `time` (POSIX seconds or ISO 8601), `sensor`, and what the sensor reports:
 `range_m`, `azimuth_deg`, `elevation_deg` of radars, `azimuth_deg` of bearing sensors, `east_m`,
 `north_m`, `up_m` of position sensors. Position sensors may report in `latitude_deg`,
-`longitude_deg` and `height_m` instead. Optional: `target`, `own_east_m`, `own_north_m`,
-`own_up_m` of a moving platform, `heading_deg` of it (compass). Others stay as they are.
+`longitude_deg` and `height_m` instead; a height may be missing. Optional: `target`,
+`own_east_m`, `own_north_m`, `own_up_m` of a moving platform, `heading_deg` of it (compass).
+Others stay as they are.
 
-With `height_m` of the target (above the ellipsoid, or above the plane of a frame without an
-origin) ranges of 2-D radars are slant ranges, and are brought down into the plane as
-`probreg.recordings.formats.asterix` does; without, they are taken as ground ranges.
+Heights of targets may stand in the rows of any sensor: `height_m` (above the ellipsoid, or above
+the plane of a frame without an origin), and by pressure `pressure_altitude_m`, or `flight_level`
+in hundreds of feet. Each becomes a report of its own, of a sensor of kind "height" or
+"barometer", which is added to the setup where it has none.
 
-With an origin on the earth, azimuth and heading count from true north where the sensor stands,
-and are turned to the north of the common frame.
+Values stay as they are reported: slant ranges, azimuths from the sensor's own true north.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def write(
     path : str or Path
         With the same ending as `like`.
     recording : Recording
-        Of as many reports as `like` has rows: changed in time and values.
+        Of as many reports as `like` has: changed in time and values.
     like : str or Path
         The table that was read.
     setup : Setup
@@ -101,4 +102,4 @@ def write(
         written.
     """
     old = read(like, setup, row_limit=len(recording), trust_units=True)
-    rewrite(old, path, recording, setup, rows)
+    rewrite(old, path, recording, rows)

@@ -1,19 +1,25 @@
 """From a recording to biases with honest uncertainty."""
 
+from probreg.registration._choice import RankedLaw
 from probreg.registration._further import further_terms
 from probreg.registration._held_out import HeldOut
 from probreg.registration._laws import LAWS, LawChoice, known_laws
+from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
 from probreg.registration._registration import Registration, Verdict
 from probreg.registration._run import STEPS, register
 from probreg.registration._terms import RankedTerms, compare_terms
+from probreg.samplers.tracks import BiasDraws
 
 __all__ = [
     "LAWS",
     "STEPS",
+    "BiasDraws",
     "Determined",
     "HeldOut",
     "LawChoice",
+    "MissingTerm",
+    "RankedLaw",
     "RankedTerms",
     "Registration",
     "Verdict",

@@ -1,4 +1,4 @@
-"""Accuracies of single sensors, estimated from how their reports scatter about the others'."""
+"""Accuracies of single sensors, estimated from how their reports scatter about the tracks."""
 
 from __future__ import annotations
 
@@ -6,22 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from probreg.recordings import Recording, Setup
-from probreg.registration._fit import thinned
-from probreg.registration.residuals import (
-    Between,
-    Residuals,
-    between,
-    spread,
-)
-from probreg.typing import FloatArray, IntArray
+from probreg.posterior.tracks import TrackFit
+from probreg.problems.recording import RecordingProblem
+from probreg.registration.residuals import left_out_of
+from probreg.typing import FloatArray
 
 _FEWEST = 50  # reports from which a spread can be estimated
-_MOST = 20_000  # reports of a sensor that are enough for it
-_PASSES = 20
-_OWN = 0.1  # of a residual's variance; below, the neighbours' noise hides the sensor's own
-_ERROR = 3.5  # sd of a robust variance times root n: 2.33, half more as residuals share reports
-_LEAST = 1e-3  # variance over the declared one that is as good as none
+_OWN = 0.1  # of a residual's variance; below, the path's own error hides the sensor's
+_ERROR = 2.33  # sd of a robust variance, over the variance, times root n
+_BELIEVED = 0.5  # probability of being of another target, below which a report counts
+_MIDDLE = 0.4549364231195728  # median of chi-square with one degree of freedom
+_ROUNDS = 40
 
 
 class Accuracy(NamedTuple):
@@ -48,86 +43,49 @@ class Accuracy(NamedTuple):
     clear: bool
 
 
-def accuracies(recording: Recording, setup: Setup, found: Residuals) -> list[Accuracy]:
-    """Every accuracy that the residuals after correction determine.
+def accuracies(problem: RecordingProblem, fit: TrackFit) -> list[Accuracy]:
+    """Every accuracy that the residuals determine.
 
-    A residual against the line between two reports of other sensors has the variance of the
-    report, of the two, and of the path. One factor on every declared variance is fitted so that
-    each component's standardised residuals spread by one, robustly.
+    A residual against the path by all other reports has the variance of that path and of the
+    report. A factor on the declared variance is fitted to each component so that the median
+    squared residual is that of a normal law.
     """
-    firsts = np.cumsum([0, *(len(s.bias_names) for s in recording.sensors)])
-    parts = _parts(recording, setup, found, firsts)
-    factor, own_share, error = np.ones(firsts[-1]), np.zeros(firsts[-1]), np.zeros(firsts[-1])
-    for _ in range(_PASSES):
-        before = factor.copy()
-        for number, (residual, shares, path) in parts.items():
-            total = shares @ before + path
-            ratio = spread(residual / np.sqrt(total)).sd ** 2
-            own = float(np.median(shares[:, number] / total))
-            # half a step: neighbours answer one another's
-            grown = before[number] + 0.5 * (ratio - 1.0) / own
-            factor[number] = np.clip(grown, max(0.25 * before[number], _LEAST), 4 * before[number])
-            own_share[number] = own * factor[number]
-            error[number] = _ERROR / np.sqrt(len(residual)) / own
+    tangent, left = left_out_of(fit)
+    good = (fit.wrong < _BELIEVED)[tangent.rows]
+    report = tangent.equations.report
+    fine = good[report]
+    row = problem.rows[tangent.rows[report]]
+    component = np.nonzero(fit.model.reports.given[tangent.rows])[1]
+    sensor = problem.recording.sensor[row]
     said = []
-    for k, sensor in enumerate(recording.sensors):
-        for j, (name, sigma) in enumerate(zip(sensor.bias_names, sensor.sigmas, strict=True)):
-            number = firsts[k] + j
-            if number in parts and own_share[number] > _OWN:
-                ratio = float(np.sqrt(factor[number]))
-                clear = bool(abs(factor[number] - 1.0) > 3.0 * error[number])
-                key = sensor.kind.sigma_key(j)
-                said.append(Accuracy(sensor.name, name, key, float(sigma), ratio, clear))
+    for k, one in enumerate(problem.recording.sensors):
+        if any(model.mixing is not None for model in fit.model.reports.models):
+            continue
+        for j, (name, sigma) in enumerate(zip(one.bias_names, one.sigmas, strict=True)):
+            own = np.flatnonzero(fine & (sensor == k) & (component == j))
+            if len(own) < _FEWEST:
+                continue
+            path, declared = left.path_variance[own], tangent.equations.variance[own]
+            factor = variance_factor(left.residual[own] ** 2, path, declared)
+            share = float(np.median(factor * declared / (path + factor * declared)))
+            if share < _OWN:
+                continue
+            error = _ERROR * max(factor, 1e-3) / np.sqrt(len(own)) / share
+            key = one.kind.sigma_key(j)
+            clear = abs(factor - 1.0) > 3.0 * error
+            said.append(
+                Accuracy(one.name, name, key, float(sigma), float(np.sqrt(factor)), bool(clear))
+            )
     return said
 
 
-def _parts(
-    recording: Recording, setup: Setup, found: Residuals, firsts: IntArray
-) -> dict[int, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Of each component: residuals (n,), declared variances (n, all components), path's (n,)."""
-    shape = found.where.shape
-    own = np.zeros(shape) if recording.own_position is None else recording.own_position
-    parts: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
-    for k, sensor in enumerate(recording.sensors):
-        if not sensor.gives_position:
-            continue
-        line = between(recording, found.time, found.where, k, setup.window_s)
-        if len(line.rows) < _FEWEST:
-            continue
-        some = thinned(len(line.rows), _MOST)
-        line = Between._make(part[some] for part in line)
-        reports = found.values[line.rows, : len(sensor.bias_names)]
-        back = np.linalg.inv(sensor.observe(reports, line.expected, own[line.rows]).D)
-        # integrated white acceleration against the line between its ends
-        path = (setup.acceleration_m_s2 * line.share * (1.0 - line.share)) ** 2 * line.gap**3 / 3.0
-        for j, sd in enumerate(sensor.report_sd(reports).T):
-            by = back[:, j]
-            shares = np.zeros((len(line.rows), int(firsts[-1])))
-            for rows, weight in ((line.left, 1.0 - line.share), (line.right, line.share)):
-                columns = _columns(recording, found, own, firsts, rows)
-                moved = np.einsum("nd,ndp->np", by, columns)
-                shares += (weight[:, None] * moved) ** 2
-            shares[:, firsts[k] + j] += sd**2
-            residual = found.residual[line.rows, j]
-            parts[int(firsts[k] + j)] = residual, shares, path * np.einsum("nd,nd->n", by, by)
-    return parts
-
-
-def _columns(
-    recording: Recording,
-    found: Residuals,
-    own: FloatArray,
-    firsts: IntArray,
-    rows: IntArray,
-) -> FloatArray:
-    """What one declared sd of each component moves reports `rows` (n, d, all components)."""
-    columns = np.zeros((len(rows), found.where.shape[1], int(firsts[-1])))
-    for k, sensor in enumerate(recording.sensors):
-        of = np.flatnonzero(recording.sensor[rows] == k)
-        if of.size:
-            some = rows[of]
-            reports = found.values[some, : len(sensor.bias_names)]
-            moved = sensor.observe(reports, found.where[some], own[some]).D
-            sd = sensor.report_sd(reports)[:, None]
-            columns[of, :, firsts[k] : firsts[k + 1]] = moved * sd
-    return columns
+def variance_factor(square: FloatArray, path: FloatArray, declared: FloatArray) -> float:
+    """Factor f at which the median of square / (path + f declared) is that of a normal law."""
+    low, high = 1e-3, 1e4
+    for _ in range(_ROUNDS):
+        middle = float(np.sqrt(low * high))
+        if np.median(square / (path + middle * declared)) > _MIDDLE:
+            low = middle
+        else:
+            high = middle
+    return float(np.sqrt(low * high))

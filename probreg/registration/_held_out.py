@@ -1,4 +1,4 @@
-"""Residuals of targets that a fit has not seen, before and after correction."""
+"""Correction scored on whole targets that it was not fitted to."""
 
 from __future__ import annotations
 
@@ -7,16 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from probreg.errors import InvalidInputError, UnobservableError
-from probreg.noise import NoiseLaw
-from probreg.posterior import WeightedFit
-from probreg.problems.linear import LinearProblem
-from probreg.registration._fit import some_rows
-from probreg.registration._identities import Identified
-from probreg.registration._posterior import Fitted
+from probreg.posterior.tracks import Prediction, TrackFit, predict
 from probreg.typing import FloatArray, IntArray
 
 _STANDARD_ERRORS = 2.0
+MOST_REPORTS = 20_000  # held out, that are enough to judge by
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,17 +21,17 @@ class HeldOut:
     Attributes
     ----------
     rows : ndarray of int, shape (k,)
-        Held-out rows, numbers of the problem.
+        Held-out reports, numbers of the problem.
     targets : int
         Number of targets held out.
     before_m, after_m : ndarray, shape (k,)
-        Root mean square residual of each row, metres; NaN for rows with a bearing.
+        Root mean square residual of each report against the path by all others, metres.
     before_sd, after_sd : ndarray, shape (k,)
-        The same in standard deviations that the sensors declare.
+        The same in standard deviations of that residual.
     before_log_score, after_log_score : float
-        Mean log predictive density of a row.
+        Mean log density of a report given all others of its target.
     gain : ndarray, shape (targets,)
-        Log predictive density of each target after correction less before, summed over its rows.
+        Log density of each target after correction less before, summed over its reports.
     """
 
     rows: IntArray
@@ -70,52 +65,61 @@ class HeldOut:
         return float(np.nanmedian(self.before_m)), float(np.nanmedian(self.after_m))
 
 
-def split_targets(
-    target: IntArray, share: float, rng: np.random.Generator
-) -> tuple[IntArray, IntArray]:
-    """Rows to fit and rows to score: whole targets, about `share` of them, are held out."""
-    known = np.unique(target)
+def telling(fit: TrackFit) -> IntArray:
+    """Targets that say something of the biases."""
+    return np.flatnonzero(np.einsum("kpp->k", fit.information.precision_by_target) > 0.0)
+
+
+def theta_of(fit: TrackFit, targets: IntArray) -> FloatArray:
+    """Biases (p,) by some of the targets, at the weights of the fit."""
+    found, model = fit.information, fit.model
+    J = found.precision_by_target[targets].sum(axis=0)
+    eta = found.shift_by_target[targets].sum(axis=0)
+    tangent, prior = fit.point.tangent.theta, model.prior
+    pull = eta + prior.precision @ (prior.mean - tangent)
+    return np.asarray(tangent + np.linalg.solve(J + prior.precision, pull))
+
+
+def score(fit: TrackFit, share: float, rng: np.random.Generator) -> HeldOut | None:
+    """Biases of some targets, scored on the others; None where there is one target only."""
+    known = telling(fit)
+    if len(known) < 2:
+        return None
     count = min(max(round(share * len(known)), 1), len(known) - 1)
-    held = np.isin(target, rng.permutation(known)[:count])
-    return np.flatnonzero(~held), np.flatnonzero(held)
-
-
-def score(
-    known: Identified, fitted: Fitted, share: float, rng: np.random.Generator
-) -> HeldOut | None:
-    """Fit some targets, score the others; None where there is one target only."""
-    problem, prior, linear, law = known.problem, known.prior, fitted.linear, fitted.law
-    if len(np.unique(problem.plan.target)) < 2:
-        return None
-    fit, held = split_targets(problem.plan.target, share, rng)
-    try:
-        theta = WeightedFit(some_rows(linear, fit), law, prior).mode().theta
-    except (InvalidInputError, UnobservableError):
-        return None
-    after = some_rows(linear, held)
-    before = problem.take(held).linearise(problem.start)
-    zero = np.zeros(len(theta))
-    scores = log_score(before, law, zero), log_score(after, law, theta)
-    targets, own = np.unique(problem.plan.target[held], return_inverse=True)
-    metres = np.where(problem.metric[held], 1.0, np.nan)
+    held = rng.permutation(known)[:count]
+    theta = theta_of(fit, np.setdiff1d(known, held))
+    enough = np.cumsum(fit.model.reports.counts[held]) <= MOST_REPORTS
+    enough[0] = True
+    held = np.sort(held[enough])
+    after = predict(fit, theta, held)
+    before = predict(fit, fit.model.prior.mean, held)
+    sides = [_metres(one) for one in (before, after)]
+    scores = [_by_report(one, one.judged.log_density) for one in (before, after)]
+    own = fit.model.reports.target[after.rows]
+    _, own = np.unique(own, return_inverse=True)
     return HeldOut(
-        rows=held,
-        targets=len(targets),
-        before_m=metres * _rms(before.residual(zero), before.size),
-        after_m=metres * _rms(after.residual(theta), after.size),
-        before_sd=_rms(before.whitened().residual(zero), before.size),
-        after_sd=_rms(after.whitened().residual(theta), after.size),
+        rows=after.rows,
+        targets=len(held),
+        before_m=sides[0][0],
+        after_m=sides[1][0],
+        before_sd=sides[0][1],
+        after_sd=sides[1][1],
         before_log_score=float(scores[0].mean()),
         after_log_score=float(scores[1].mean()),
         gain=np.bincount(own, scores[1] - scores[0]).astype(float),
     )
 
 
-def log_score(linear: LinearProblem, law: NoiseLaw, theta: FloatArray) -> FloatArray:
-    """Log-density of every row at theta, shape (n,)."""
-    rows = linear.whitened()
-    return np.asarray(law.log_density(rows.residual(theta), rows.size) - 0.5 * rows.log_det)
+def _by_report(one: Prediction, values: FloatArray) -> FloatArray:
+    """Values in the order of the tangent, in that of the reports."""
+    return values[one.tangent.order]
 
 
-def _rms(residual: FloatArray, size: IntArray | None) -> FloatArray:
-    return np.asarray(np.sqrt(np.einsum("nm,nm->n", residual, residual) / size))
+def _metres(one: Prediction) -> tuple[FloatArray, FloatArray]:
+    """Root mean square residual of each report, in metres and in its standard deviations."""
+    left, report = one.left_out, one.tangent.equations.report
+    n = len(one.rows)
+    count = np.maximum(np.bincount(report, minlength=n), 1)
+    sides = (left.residual**2, left.residual**2 / left.variance)
+    metres, sds = (np.sqrt(np.bincount(report, side, n) / count) for side in sides)
+    return _by_report(one, metres), _by_report(one, sds)

@@ -41,12 +41,16 @@ class LawChoice:
         return type(self.law).__name__
 
 
-# compared unless others are asked for; sensors are seldom as accurate as their sheets say, so
-# every law has an unknown common scale
-LAWS = tuple(LawChoice.usual(law) for law in (StudentT(), Contaminated(), Gaussian()))
+# compared unless others are asked for, the simpler first; sensors are seldom as accurate as
+# their sheets say, so every law has an unknown common scale
+LAWS = tuple(LawChoice.usual(law) for law in (Gaussian(), Contaminated(), StudentT()))
 
 
 def known_laws() -> dict[str, LawChoice]:
-    """Every proper law of `probreg.noise` as registration tries it, by the name of its class."""
+    """Every law of `probreg.noise` that tracks can take, by the name of its class."""
     laws = [kind() for kind in public_classes(probreg.noise).values()]
-    return {type(law).__name__: LawChoice.usual(law) for law in laws if law.proper}
+    return {type(law).__name__: LawChoice.usual(law) for law in laws if _fits(law)}
+
+
+def _fits(law: NoiseLaw) -> bool:
+    return law.proper and law.scale_mixture and not law.componentwise

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from probreg.posterior.tracks import TrackFit
 from probreg.prior import GaussianPrior
-from probreg.problems.linear import LinearProblem
-from probreg.problems.observability import Observability
+from probreg.problems.observability import Observability, observability_of_information
 from probreg.typing import FloatArray
 
 WEAK = 1.0  # information of the data over that of the prior, below which the prior decides
@@ -39,24 +39,38 @@ class Determined:
     share: FloatArray
 
 
-def determined(linear: LinearProblem, information: FloatArray, prior: GaussianPrior) -> Determined:
+def determined_by(fit: TrackFit, names: tuple[str, ...]) -> Determined:
+    """Compare what the tracks of a fit say with its prior."""
+    information = fit.information.precision
+    together = fit.model.all_clocks
+    if together is not None:
+        free = np.eye(len(together)) - np.outer(together, together)
+        information = free @ information @ free
+    return determined(information, fit.model.prior, names, len(fit.point.tangent.equations.y))
+
+
+def determined(
+    information: FloatArray, prior: GaussianPrior, names: tuple[str, ...], equations: int
+) -> Determined:
     """Compare the information (p, p) of the data with that of the prior.
 
     Parameters
     ----------
-    linear : LinearProblem
     information : ndarray, shape (p, p)
         Of the data alone, under the law chosen.
     prior : GaussianPrior
+    names : tuple of str
+    equations : int
+        Scalar equations that the information is from.
     """
-    found = linear.observability()
+    found = observability_of_information(information, names, equations)
     root = np.linalg.cholesky(prior.covariance)
     ratio, vectors = np.linalg.eigh(root.T @ information @ root)
     weak = (root @ vectors[:, ratio < WEAK]).T
     posterior = np.linalg.inv(information + prior.precision)
     share = 1.0 - np.diag(posterior) / np.diag(prior.covariance)
     hidden, weak = (_spelt(one, found, prior) for one in (found.null_space, weak))
-    return Determined(linear.names, found, hidden, weak, share)
+    return Determined(names, found, hidden, weak, share)
 
 
 def _spelt(rows: FloatArray, found: Observability, prior: GaussianPrior) -> list[str]:

@@ -9,19 +9,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from probreg.diagnostics import Ranked
-from probreg.posterior.posterior import Posterior
+from probreg.numerics.intervals import equal_tailed
+from probreg.posterior.tracks import TrackFit
 from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording, Setup, correct, restore
+from probreg.registration._accuracy import Accuracy
+from probreg.registration._choice import RankedLaw
 from probreg.registration._held_out import HeldOut
+from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
+from probreg.registration._tracks import reports_table, tracks_table
 from probreg.registration.residuals import (
     Component,
     Residuals,
     components,
     report_residuals,
 )
-from probreg.samplers import Draws
+from probreg.samplers.tracks import BiasDraws
 from probreg.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -60,32 +64,35 @@ class Registration:
     Attributes
     ----------
     recording : Recording
-        As it was used: identities filled in, doubtful ones taken away.
+        As it was used: missing identities filled in.
     setup : Setup
     problem : RecordingProblem
-        Its `plan` says which reports make which row.
-    posterior : Posterior
-        Of the rows linearised at the mode, under the law chosen.
-    draws : Draws
-    laws : tuple of Ranked
+        Its tracks; arrays of track reports are in the order of its `rows`.
+    fit : TrackFit
+        Of the tracks, at the mode.
+    draws : BiasDraws
+    law : str
+        Noise law that was used.
+    laws : tuple of RankedLaw
         Laws by leave-one-out, best first; one of them with elpd NaN where only one was tried.
-    law_rows : int
-        Rows that the comparison of laws is of.
+    law_reports : int
+        Reports that the comparison of laws is of.
     determined : Determined
-    outlier_probability : ndarray, shape (rows,)
-        That a row holds a report that its declared noise does not explain.
+    outlier : ndarray, shape (track reports,)
+        Probability that a report is much noisier than its sensor usually is.
     held_out : HeldOut or None
     verdicts : tuple of Verdict
     cluster_ratio : ndarray, shape (p,)
         Standard deviation of each bias if errors of one target's reports may hang together, over
         the posterior's; far above one the intervals are too narrow. NaN with few targets.
+    missing : tuple of MissingTerm
+        Terms that the setup leaves out and the recording asks for, strongest first.
     left_out : ndarray, shape (sensors,)
-        Share of each sensor's reports with identity that fit no other sensor and lost it.
-    noise_scale : tuple of float
-        Standard deviation of the bulk of the rows, and of all rows with their tails, over what
-        is declared.
-    residuals : Residuals
-        Of single reports, corrected by the posterior means.
+        Share of each sensor's reports with identity that fit no target.
+    noise_scale : ndarray, shape (sensors, 2)
+        Standard deviation of the bulk of a sensor's reports, and of all with their tails, over
+        what is declared.
+    accuracies : tuple of Accuracy
     notes : tuple of str
         What a reader must know.
     seconds : mapping of str to float
@@ -95,18 +102,20 @@ class Registration:
     recording: Recording
     setup: Setup
     problem: RecordingProblem
-    posterior: Posterior
-    draws: Draws
-    laws: tuple[Ranked, ...]
-    law_rows: int
+    fit: TrackFit
+    draws: BiasDraws
+    law: str
+    laws: tuple[RankedLaw, ...]
+    law_reports: int
     determined: Determined
-    outlier_probability: FloatArray
+    outlier: FloatArray
     held_out: HeldOut | None
     verdicts: tuple[Verdict, ...]
     cluster_ratio: FloatArray
+    missing: tuple[MissingTerm, ...]
     left_out: FloatArray
-    noise_scale: tuple[float, float]
-    residuals: Residuals
+    noise_scale: FloatArray
+    accuracies: tuple[Accuracy, ...]
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
 
@@ -120,10 +129,10 @@ class Registration:
         """Units of the biases, SI."""
         return self.problem.units
 
-    @cached_property
+    @property
     def bias_draws(self) -> FloatArray:
-        """Draws of the biases, shape (k, p), without the noise parameters."""
-        return self.draws.flat[:, : len(self.names)]
+        """Draws of the biases, shape (k, p)."""
+        return self.draws.flat
 
     @property
     def mean(self) -> FloatArray:
@@ -142,7 +151,7 @@ class Registration:
 
     def interval(self, probability: float = 0.9) -> FloatArray:
         """Equal-tailed credible intervals, shape (p, 2)."""
-        return self.draws.interval(probability)[: len(self.names)]
+        return equal_tailed(self.bias_draws, probability, (0,))
 
     @property
     def covariance(self) -> FloatArray:
@@ -156,26 +165,32 @@ class Registration:
 
     @property
     def used(self) -> dict[str, int]:
-        """Reports that stand in a row, by sensor; the others carry no information on the biases."""
+        """Reports of tracks that are believed to be of their target, by sensor."""
         sensors = self.recording.sensors
-        members = self.recording.sensor[self.problem.plan.members]
-        count = np.bincount(members, minlength=len(sensors)).tolist()
+        believed = self.problem.sensor[self.fit.wrong <= 0.5]
+        count = np.bincount(believed, minlength=len(sensors)).tolist()
         return {sensor.name: n for sensor, n in zip(sensors, count, strict=True)}
 
     @cached_property
-    def residuals_before(self) -> Residuals:
-        """Of single reports as they came, uncorrected."""
-        return report_residuals(self.recording, self.setup, self.problem.start)
+    def residuals(self) -> Residuals:
+        """Of every report against the tracks."""
+        return report_residuals(self.problem, self.fit)
 
     @cached_property
     def components(self) -> list[Component]:
         """Residuals before and after correction of each component of each sensor."""
-        return components(self.recording, self.residuals_before, self.residuals)
+        return components(self.problem, self.residuals)
+
+    @property
+    def bad(self) -> FloatArray:
+        """Probability (track reports,) that each is an outlier or not of the target it names."""
+        moved = self.fit.target != self.problem.reports.target
+        return np.where(moved, 1.0 - self.fit.wrong, self.fit.wrong + self.outlier)
 
     @property
     def expected_outliers(self) -> float:
-        """Expected number of rows that are outliers; NaN where that is not known."""
-        return float(self.outlier_probability.sum())
+        """Expected number of reports that are outliers or not of the target they name."""
+        return float(self.bad.sum())
 
     def table(self) -> pd.DataFrame:
         """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, the data's share."""
@@ -196,22 +211,33 @@ class Registration:
             index=list(self.names),
         )
 
+    def tracks(self) -> pd.DataFrame:
+        """The reconstructed trajectories: one row a report; see `tracks_table`."""
+        return tracks_table(self.problem, self.fit)
+
+    def reports(self) -> pd.DataFrame:
+        """One row a track report: residuals with their sd, and what speaks against it."""
+        return reports_table(self.problem, self.fit, self.residuals, self.outlier)
+
     def suspects(self, least: float = 0.5) -> pd.DataFrame:
-        """Rows that are likely outliers, worst first, with their target, time and reports."""
+        """Reports that are likely outliers or of another target, worst first."""
         import pandas as pd
 
-        rows = np.flatnonzero(self.outlier_probability > least)
-        rows = rows[np.argsort(-self.outlier_probability[rows], kind="stable")]
-        plan, names = self.problem.plan, np.array([s.name for s in self.recording.sensors])
-        members = [plan.members[plan.start[r] : plan.start[r + 1]] for r in rows]
+        bad = self.bad
+        rows = np.flatnonzero(bad > least)
+        rows = rows[np.argsort(-bad[rows], kind="stable")]
+        report = self.problem.rows[rows]
+        names = np.array([sensor.name for sensor in self.recording.sensors])
+        moved = self.fit.target[rows] != self.problem.reports.target[rows]
         return pd.DataFrame(
             {
-                "row": rows,
-                "target": plan.target[rows],
-                "time": self.problem.time[rows],
-                "probability": self.outlier_probability[rows],
-                "reports": [tuple(own.tolist()) for own in members],
-                "sensors": [tuple(names[self.recording.sensor[own]].tolist()) for own in members],
+                "report": report,
+                "sensor": names[self.recording.sensor[report]],
+                "target": self.recording.target[report],
+                "time": self.recording.time[report],
+                "probability": bad[rows],
+                "other target": np.where(moved, 1.0, self.fit.wrong[rows]),
+                "fits target": np.where(moved, self.problem.owner[self.fit.target[rows]], -1),
             }
         )
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from probreg.association import OFF_PATH, TOO_FAST
-from probreg.recordings import Recording, Setup
+from probreg.posterior.tracks import TrackFit
+from probreg.problems.recording import RecordingProblem
+from probreg.recordings import Recording
 from probreg.recordings.checks import several_at_once
 from probreg.registration._accuracy import Accuracy
 from probreg.registration._checks import Checks
@@ -15,35 +16,37 @@ from probreg.registration._choice import Chosen
 from probreg.registration._held_out import HeldOut
 from probreg.registration._identities import Identified
 from probreg.registration._observed import Determined
-from probreg.samplers import Draws
-from probreg.typing import FloatArray, IntArray
+from probreg.registration._posterior import Fitted
+from probreg.typing import FloatArray
 
 FAR_SIGMAS = 5.0  # of the prior, from zero
 _NEAR = (0.7, 1.4)  # scales of the noise that nobody need look after
 _FACTOR = (0.6, 1.6)  # scatter over the declared one that needs no remark
-_CURVED = 0.3  # sag of the cross-range noise in range standard deviations that biases the range
+_FAST, _FEW_FAST = 1.1, 0.02  # times the largest speed; share of the reports
 _WHOLE_S = 1e-5  # how near to a whole second a stamp must be: POSIX seconds have seven digits
 
 
 def remarks(
-    known: Identified, chosen: Chosen, draws: Draws, scored: HeldOut | None, checks: Checks
+    known: Identified, chosen: Chosen, fitted: Fitted, scored: HeldOut | None, checks: Checks
 ) -> tuple[str, ...]:
     """Every remark, in the order of the steps that they are about."""
-    given, problem = known.given, known.problem
+    given, problem, fit = known.given, known.problem, fitted.fit
     linked = [association(given, known.first)] if (given.target < 0).any() else []
+    names = [sensor.name for sensor in problem.recording.sensors]
     return (
         *at_once(given),
         *linked,
-        *doubted(given, problem.setup, known.why),
+        *wrong_identities(problem, fit),
+        *fast(problem, fit),
         *stamps(given),
         *chosen.notes,
         *undetermined(checks.determined),
-        *drawing(draws),
-        *scale(*checks.noise_scale),
+        *drawing(fitted),
+        *scale(names, checks.noise_scale),
         *correction(scored),
-        *curvature(problem.recording, chosen.choice.name),
         *accuracy(checks.accuracies),
-        *far(problem.names, draws.mean[: len(problem.names)], problem.prior_sd),
+        *far(problem.names, fit.theta, problem.prior_sd),
+        *clocks(fit),
     )
 
 
@@ -74,29 +77,53 @@ def far(names: Sequence[str], mean: FloatArray, prior_sd: FloatArray) -> list[st
     ]
 
 
-def doubted(given: Recording, setup: Setup, why: IntArray) -> list[str]:
-    """How many identities that were given the paths contradict, and how."""
-    own = why[given.target >= 0]
-    off, fast = int((own == OFF_PATH).sum()), int((own == TOO_FAST).sum())
-    said = {
-        f"farther than the gate of {setup.gate_m:g} m from the path": off,
-        f"reached only faster than max_speed_m_s = {setup.max_speed_m_s:g} along the path": fast,
-    }
+def wrong_identities(problem: RecordingProblem, fit: TrackFit) -> list[str]:
+    """How many reports are of other targets than they say."""
+    moved = int((fit.target != problem.reports.target).sum())
+    refused = int((fit.wrong > 0.5).sum())
+    said = []
+    if moved:
+        said.append(
+            f"{moved} of {len(fit.target)} reports fit another target than the one whose identity "
+            "they carry, and were given to it."
+        )
+    if refused:
+        said.append(
+            f"{refused} of {len(fit.target)} reports fit no target: their identity is wrong with "
+            "more than even odds, and they count for nothing."
+        )
+    return said
+
+
+def refused(problem: RecordingProblem, fit: TrackFit) -> FloatArray:
+    """Share (sensors,) of each sensor's reports with identity that fit no target."""
+    count = len(problem.recording.sensors)
+    total = np.bincount(problem.sensor, minlength=count)
+    lost = np.bincount(problem.sensor[fit.wrong > 0.5], minlength=count)
+    return lost / np.maximum(total, 1)
+
+
+def fast(problem: RecordingProblem, fit: TrackFit) -> list[str]:
+    """Say where targets fly faster than the setup allows."""
+    d, most = fit.model.reports.dim, problem.setup.max_speed_m_s
+    speed = np.linalg.norm(fit.mean[:, d : 2 * d], axis=1)
+    over = int((speed[fit.wrong <= 0.5] > _FAST * most).sum())
+    if over <= _FEW_FAST * len(fit.target):
+        return []
     return [
-        f"{count} of {len(given)} reports are {text} of the target whose identity they carry, and "
-        "were left out."
-        for text, count in said.items()
-        if count
+        f"{over} of {len(fit.target)} reports are of targets faster than max_speed_m_s = "
+        f"{most:g}: enlarge it, or look for wrong identities and for units of time and place."
     ]
 
 
-def left_out(before: Recording, after: Recording) -> FloatArray:
-    """Share (sensors,) of each sensor's reports with identity that lost it; 0 of none."""
-    count = len(before.sensors)
-    named = before.target >= 0
-    lost = named & (after.target < 0)
-    total = np.bincount(before.sensor[named], minlength=count)
-    return np.bincount(before.sensor[lost], minlength=count) / np.maximum(total, 1)
+def clocks(fit: TrackFit) -> list[str]:
+    """Say where all clocks are in question."""
+    if fit.model.all_clocks is None:
+        return []
+    return [
+        "every sensor has a clock term: only differences of clocks show, their common offset is "
+        "that of the priors."
+    ]
 
 
 def undetermined(found: Determined) -> list[str]:
@@ -116,21 +143,34 @@ def correction(scored: HeldOut | None) -> list[str]:
     ]
 
 
-def drawing(draws: Draws) -> list[str]:
-    """What the sampler warns of."""
-    return [f"{draws.sampler}: {text}" for text in draws.warnings]
+def drawing(fitted: Fitted) -> list[str]:
+    """What the sampler warns of, and where the mode does not tell the posterior."""
+    said = [f"{fitted.draws.sampler}: {text}" for text in fitted.draws.warnings]
+    if not fitted.check.agrees:
+        facts = fitted.draws.facts
+        said.append(
+            "short chains disagree with the normal law at the mode (standard deviations "
+            f"{1.0 / facts['sd_ratio']:.2f} times as large, means within {facts['shift']:.2f} of "
+            f"them): the result is of {fitted.draws.sampler}."
+        )
+    if not fitted.fit.settled:
+        said.append("the fit had not come to rest when it was ended; numbers may still move.")
+    return said
 
 
-def scale(bulk: float, every: float) -> list[str]:
+def scale(names: Sequence[str], found: FloatArray) -> list[str]:
     """Say where the noise is not what the sensors declare."""
-    if bulk < _NEAR[1] and every > _NEAR[0]:
-        return []
-    said = bulk if every > _NEAR[0] else every
-    return [
-        f"the noise is {said:.2g} times what sensors and acceleration_m_s2 declare; check both. "
-        "The intervals are scaled for errors independent from report to report, not for what "
-        "persists within a target."
-    ]
+    said = []
+    for name, (bulk, every) in zip(names, found.tolist(), strict=True):
+        if np.isnan(bulk) or (bulk < _NEAR[1] and every > _NEAR[0]):
+            continue
+        size = bulk if every > _NEAR[0] else every
+        said.append(
+            f"the noise of {name} is {size:.2g} times what it declares; check its accuracies. "
+            "The intervals are scaled for errors independent from report to report, not for what "
+            "persists within a target."
+        )
+    return said
 
 
 def stamps(recording: Recording) -> list[str]:
@@ -146,33 +186,6 @@ def stamps(recording: Recording) -> list[str]:
         f"every stamp of {names} is a whole second, those of others are not: if they were "
         "rounded, targets have moved on by up to half a second, always the same way for one target."
     ]
-
-
-def curvature(recording: Recording, law: str) -> list[str]:
-    """Radars whose cross-range noise bends away from the tangent, under a robust law.
-
-    Azimuth noise of sd s puts a converted report of range r short of the tangent by r s^2 / 2 on
-    average. Least squares is freed of this by the unbiased conversion; a robust law takes the
-    skewed tail for outliers.
-    """
-    if law == "Gaussian":
-        return []
-    said = []
-    for k, sensor in enumerate(recording.sensors):
-        rows = recording.sensor == k
-        if not {"range", "azimuth"} <= set(sensor.bias_names) or not rows.any():
-            continue
-        reports = recording.values[rows, : len(sensor.bias_names)]
-        sigma_range, *angles = np.median(sensor.report_sd(reports), axis=0)
-        r = float(np.quantile(recording.values[rows, 0], 0.9))
-        bent = r * max(angles) ** 2 / sigma_range
-        if bent > _CURVED:
-            said.append(
-                f"{sensor.name}: cross-range noise curves (r sigma_azimuth^2 / sigma_range is "
-                f"{bent:.2g} at its far reports). The law {law} is symmetric, takes the bend for "
-                "outliers and biases the range: prefer --law Gaussian, or leave far reports out."
-            )
-    return said
 
 
 def accuracy(found: Sequence[Accuracy]) -> list[str]:

@@ -7,29 +7,27 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording, Setup
 from probreg.registration import _remarks
 from probreg.registration._checks import Checks, check
 from probreg.registration._choice import Chosen, choose
 from probreg.registration._clock import Clock
 from probreg.registration._held_out import HeldOut, score
-from probreg.registration._identities import Identified, first_identities, identify
+from probreg.registration._identities import Identified, identify
 from probreg.registration._laws import LAWS, LawChoice
+from probreg.registration._missing import MissingTerm, missing_terms
 from probreg.registration._posterior import Fitted, draw, fit
 from probreg.registration._registration import Registration
-from probreg.registration._verdicts import Judged, judge
-from probreg.samplers import Draws
+from probreg.registration._verdicts import Judged, judge_reports
 
 STEPS = (
     "associate",
-    "rows",
-    "provisional fit",
     "laws",
     "mode",
     "draws",
     "held out",
     "observability",
+    "missing terms",
     "verdicts",
 )
 
@@ -46,8 +44,8 @@ def register(
 ) -> Registration:
     """Estimate the biases of a recording's sensors, with their uncertainty.
 
-    Reports without identity are associated; identities that neighbouring reports contradict are
-    taken away; rows are formed, laws compared, biases drawn from their posterior.
+    Reports without identity are associated; laws are compared; biases, tracks, precisions and
+    identities of all reports are fitted together; biases are drawn from their posterior.
 
     Parameters
     ----------
@@ -55,7 +53,8 @@ def register(
     setup : Setup
     rng : numpy.random.Generator
     laws : sequence of LawChoice
-        Compared by leave-one-out on at most 2 000 rows evenly spread; the best is used. See
+        Compared by leave-one-out on some targets; the best is used, or a simpler one
+        that is as good within the standard error. See
         `known_laws` for others than the default ones.
     num_draws : int
         Posterior draws.
@@ -67,51 +66,56 @@ def register(
     Raises
     ------
     InvalidInputError
-        One sensor only, no common target, no overlap in time, unknown terms, no fit.
+        One sensor only, no common target, no overlap in time, unknown terms, a law
+        that tracks cannot take.
     """
     if not 0.0 < holdout < 1.0 or num_draws < 100:
         raise InvalidInputError(f"holdout {holdout} must be in (0, 1), num_draws 100 or more.")
     clock = Clock(on_step)
-    named = clock.run("associate", first_identities, recording, setup)
-    problem = clock.run("rows", RecordingProblem, named, setup)
-    known = clock.run("provisional fit", identify, recording, problem)
-    chosen = clock.run("laws", choose, known, laws, rng)
-    fitted = clock.run("mode", fit, known, chosen)
-    draws = clock.run("draws", draw, fitted.posterior, num_draws, rng)
-    scored = clock.run("held out", score, known, fitted, holdout, rng)
-    checks = clock.run("observability", check, known, fitted, draws)
-    judged = clock.run("verdicts", judge, known, chosen, fitted, draws, rng)
-    return _result(known, chosen, fitted, draws, scored, checks, judged, clock.seconds)
+    known = clock.run("associate", identify, recording, setup)
+    chosen = clock.run("laws", choose, known.model, laws)
+    found = clock.run("mode", fit, known, chosen)
+    fitted = clock.run("draws", draw, known, found, num_draws, rng)
+    scored = clock.run("held out", score, found, holdout, rng)
+    checks = clock.run("observability", check, known, found)
+    missing = clock.run("missing terms", missing_terms, known.problem, chosen.choice, found)
+    judged = clock.run("verdicts", judge_reports, known, chosen, found, fitted.draws)
+    notes = _remarks.remarks(known, chosen, fitted, scored, checks)
+    return _result(known, chosen, fitted, scored, checks, judged, (missing, notes, clock.seconds))
+
+
+_Last = tuple[tuple[MissingTerm, ...], tuple[str, ...], Mapping[str, float]]
 
 
 def _result(
     known: Identified,
     chosen: Chosen,
     fitted: Fitted,
-    draws: Draws,
     scored: HeldOut | None,
     checks: Checks,
     judged: Judged,
-    seconds: Mapping[str, float],
+    last: _Last,
 ) -> Registration:
-    """What the steps found, in one."""
-    recording = known.problem.recording
+    """What the steps found, in one; at last missing terms, remarks and times."""
+    missing, notes, seconds = last
     return Registration(
-        recording=recording,
+        recording=known.problem.recording,
         setup=known.problem.setup,
         problem=known.problem,
-        posterior=fitted.posterior,
-        draws=draws,
+        fit=fitted.fit,
+        draws=fitted.draws,
+        law=chosen.choice.name,
         laws=chosen.ranked,
-        law_rows=chosen.rows,
+        law_reports=chosen.reports,
         determined=checks.determined,
-        outlier_probability=judged.outlier_probability,
+        outlier=judged.outlier_probability,
         held_out=scored,
         verdicts=judged.verdicts,
         cluster_ratio=checks.cluster_ratio,
-        left_out=_remarks.left_out(known.given, recording),
+        missing=missing,
+        left_out=_remarks.refused(known.problem, fitted.fit),
         noise_scale=checks.noise_scale,
-        residuals=checks.residuals,
-        notes=_remarks.remarks(known, chosen, draws, scored, checks),
+        accuracies=tuple(checks.accuracies),
+        notes=notes,
         seconds=seconds,
     )

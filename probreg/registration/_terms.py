@@ -9,14 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.noise import NoiseLaw, StudentT
-from probreg.posterior import WeightedFit
-from probreg.prior import GaussianPrior
-from probreg.problems.recording import RecordingProblem, plan_rows
+from probreg.posterior.tracks import TrackFit, fit_tracks, predict
+from probreg.problems.recording import recording_problem
 from probreg.recordings import Recording, Setup
-from probreg.registration._fit import settle, some_rows
-from probreg.registration._held_out import log_score
+from probreg.registration._held_out import telling, theta_of
+from probreg.registration._identities import PROVISIONAL, of_some
+from probreg.registration._laws import LawChoice
+from probreg.registration._track_model import track_model
 from probreg.typing import FloatArray, IntArray
+
+TERM_REPORTS = 10_000  # for the comparison of terms
 
 
 class RankedTerms(NamedTuple):
@@ -47,10 +49,13 @@ def compare_terms(
     models: Mapping[str, Mapping[str, tuple[str, ...]]],
     *,
     rng: np.random.Generator,
-    law: NoiseLaw | None = None,
+    law: LawChoice = PROVISIONAL,
     folds: int = 4,
 ) -> list[RankedTerms]:
     """Rank bias models by how well they predict targets they were not fitted to, best first.
+
+    Laws, acceleration and precisions are those of each model's fit to all targets; the biases of
+    each part of the targets are those of the others.
 
     Parameters
     ----------
@@ -61,8 +66,7 @@ def compare_terms(
         By name, what `Setup.biases` would be.
     rng : numpy.random.Generator
         Deals the targets to the folds.
-    law : NoiseLaw, optional
-        By default Student-t of 4 degrees of freedom.
+    law : LawChoice
     folds : int
         Parts of the targets, each predicted from the others.
 
@@ -73,30 +77,29 @@ def compare_terms(
     """
     if len(models) < 2:
         raise InvalidInputError("at least two bias models are needed for a comparison.")
-    law = StudentT(4.0) if law is None else law
-    clocks = any("time" in terms for model in models.values() for terms in model.values())
-    plan = plan_rows(recording, setup, always_moving=clocks)  # the same rows for all
-    targets = np.unique(plan.target)
-    if len(targets) < folds:
-        raise InvalidInputError(f"{len(targets)} targets cannot be dealt to {folds} folds.")
-    fold = (rng.permutation(len(targets)) % folds)[np.searchsorted(targets, plan.target)]
     scores, unknowns = {}, {}
+    fold: IntArray | None = None
     for name, biases in models.items():
-        problem = RecordingProblem(recording, _with(setup, biases), plan)
-        scores[name] = _predicted(problem, fold, law)
+        problem = recording_problem(recording, with_biases(setup, biases))
+        fit = fit_tracks(of_some(track_model(problem, law), TERM_REPORTS), offers=0)
+        if fold is None:
+            K = fit.model.reports.num_targets
+            if len(telling(fit)) < folds:
+                raise InvalidInputError(
+                    f"{len(telling(fit))} targets cannot be dealt to {folds} folds."
+                )
+            fold = rng.permutation(K) % folds
+        scores[name] = _predicted(fit, fold)
         unknowns[name] = len(problem.names)
-    return _ranked(scores, unknowns, plan.target)
+    return _ranked(scores, unknowns)
 
 
-def _ranked(
-    scores: Mapping[str, FloatArray], unknowns: Mapping[str, int], target: IntArray
-) -> list[RankedTerms]:
-    """Models by the scores of their rows, best first; errors from differences of targets."""
+def _ranked(scores: Mapping[str, FloatArray], unknowns: Mapping[str, int]) -> list[RankedTerms]:
+    """Models by the scores of targets, best first; errors from differences of targets."""
     order = sorted(scores, key=lambda name: -float(scores[name].sum()))
-    _, own = np.unique(target, return_inverse=True)
     best, ranked = scores[order[0]], []
     for name in order:
-        gap = np.bincount(own, best - scores[name])
+        gap = best - scores[name]
         error = float(np.sqrt(gap.size * np.var(gap))) if name != order[0] else 0.0
         ranked.append(
             RankedTerms(
@@ -110,18 +113,18 @@ def _ranked(
     return ranked
 
 
-def _predicted(problem: RecordingProblem, fold: IntArray, law: NoiseLaw) -> FloatArray:
-    prior = GaussianPrior.from_sd(problem.prior_sd)
-    _, linear = settle(problem, law, prior, problem.start)
+def _predicted(fit: TrackFit, fold: IntArray) -> FloatArray:
+    """Score (targets,) of each target by the biases of the other folds."""
     score = np.zeros(len(fold))
     for k in np.unique(fold):
-        held = fold == k
-        theta = WeightedFit(some_rows(linear, np.flatnonzero(~held)), law, prior).mode().theta
-        score[held] = log_score(some_rows(linear, np.flatnonzero(held)), law, theta)
+        held, rest = np.flatnonzero(fold == k), np.flatnonzero(fold != k)
+        found = predict(fit, theta_of(fit, rest), held)
+        own = fit.model.reports.target[found.rows][found.tangent.rows]
+        np.add.at(score, own, found.judged.log_density)
     return score
 
 
-def _with(setup: Setup, biases: Mapping[str, tuple[str, ...]]) -> Setup:
+def with_biases(setup: Setup, biases: Mapping[str, tuple[str, ...]]) -> Setup:
     """The setup with other biases, priors and limits of those that are gone left out."""
     named = {f"{sensor}.{term}" for sensor, terms in biases.items() for term in terms}
     if any("heading" in terms for terms in biases.values()):

@@ -1,33 +1,30 @@
-"""Which rows hold an outlier, and which biases exceed their limits."""
+"""Which reports are outliers, and which biases exceed their limits."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated
-from probreg.prior import GaussianPrior
-from probreg.problems.linear import LinearProblem
-from probreg.problems.recording import RecordingProblem
-from probreg.registration._choice import LAW_ROWS, Chosen, choose_law
-from probreg.registration._fit import some_rows, thinned
-from probreg.registration._identities import Identified
+from probreg.posterior.tracks import TrackFit, fit_tracks, judge, smooth
+from probreg.registration._choice import LAW_REPORTS, Chosen
+from probreg.registration._identities import Identified, of_some
 from probreg.registration._laws import LawChoice
-from probreg.registration._posterior import Fitted
 from probreg.registration._registration import Verdict
-from probreg.samplers import Draws
+from probreg.registration._track_model import under
+from probreg.samplers.tracks import BiasDraws
 from probreg.typing import FloatArray
 
 
 class Judged(NamedTuple):
-    """Rows and biases, each with the probability that speaks against it.
+    """Reports and biases, each with the probability that speaks against it.
 
     Attributes
     ----------
-    outlier_probability : ndarray, shape (rows,)
-        That a row is an outlier; NaN if the contaminated law cannot be fitted.
+    outlier_probability : ndarray, shape (reports of the problem,)
+        That a report is noisier than its sensor usually is.
     verdicts : tuple of Verdict
     """
 
@@ -35,38 +32,25 @@ class Judged(NamedTuple):
     verdicts: tuple[Verdict, ...]
 
 
-def judge(
-    known: Identified, chosen: Chosen, fitted: Fitted, draws: Draws, rng: np.random.Generator
-) -> Judged:
-    """Judge rows under the contaminated law, which marks outliers, whichever law was chosen."""
-    rows = fitted.linear.whitened()
-    share = np.full(len(rows.size), np.nan)
-    law = _contaminated(fitted.linear, chosen, known.prior, rng)
-    if law is not None:
-        share = np.asarray(law.outlier_probability(rows.residual(fitted.theta), rows.size))
-    return Judged(outlier_probability=share, verdicts=_verdicts(known.problem, draws))
-
-
-def _contaminated(
-    linear: LinearProblem, chosen: Chosen, prior: GaussianPrior, rng: np.random.Generator
-) -> Contaminated | None:
-    """The contaminated law at its mode, fitted to some rows unless the comparison has it."""
-    for law in chosen.fitted.values():
-        if isinstance(law, Contaminated):
-            return law
-    some = some_rows(linear, thinned(len(linear.y), LAW_ROWS))
-    try:
-        law = choose_law(some, prior, [LawChoice.usual(Contaminated())], rng).law
-    except InvalidInputError:
-        return None
-    assert isinstance(law, Contaminated)
-    return law
-
-
-def _verdicts(problem: RecordingProblem, draws: Draws) -> tuple[Verdict, ...]:
+def judge_reports(known: Identified, chosen: Chosen, fit: TrackFit, draws: BiasDraws) -> Judged:
+    """Judge reports under the contaminated law, which marks outliers, whichever law was chosen."""
+    model = known.problem.model
     found = []
-    for name, limit in problem.setup.limits.items():
-        size = np.abs(draws.flat[:, problem.model.numbers[name]])
-        exceeds = float((size > limit).mean())
+    for name, limit in known.problem.setup.limits.items():
+        exceeds = float((np.abs(draws.flat[:, model.numbers[name]]) > limit).mean())
         found.append(Verdict(name=name, limit=float(limit), probability=exceeds))
-    return tuple(found)
+    return Judged(_outliers(known, chosen, fit), tuple(found))
+
+
+def _outliers(known: Identified, chosen: Chosen, fit: TrackFit) -> FloatArray:
+    if all(isinstance(law, Contaminated) for law in fit.point.laws):
+        return fit.outlier
+    name = Contaminated.__name__
+    some = chosen.fits.get(name)
+    if some is None:
+        some = fit_tracks(of_some(under(known.model, LawChoice.usual(Contaminated())), LAW_REPORTS))
+    point = replace(fit.point, laws=some.point.laws, wrong=some.point.wrong)
+    model = replace(fit.model, laws=some.model.laws, unknown=some.model.unknown)
+    judged = judge(model, point, smooth(model, point, fit.theta))
+    spoilt = 1.0 - judged.wrong - judged.probability[:, 0]
+    return np.asarray(spoilt[point.tangent.order])

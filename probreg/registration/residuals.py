@@ -1,106 +1,86 @@
-"""Residuals of single reports: what a sensor says less what the other sensors say."""
+"""Residuals of single reports: what a sensor says less where the tracks put the target."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from probreg.recordings import Recording, Setup, corrected_values, places, turns
-from probreg.sensors import Sensor, turned
-from probreg.sensors.geometry import wrap_angle
-from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.posterior.tracks import LeftOut, TrackFit, left_out, smooth
+from probreg.problems.recording import RecordingProblem
+from probreg.problems.recording.track_reports import TrackLinearisation
+from probreg.recordings import corrected_values, places
+from probreg.typing import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Reports against straight lines between neighbouring reports of the other sensors.
+    """Reports of a recording against the tracks, in the recording's order.
 
     Attributes
     ----------
     time : ndarray, shape (n,)
         Corrected.
     where : ndarray, shape (n, d)
-        Corrected reports in the common frame, metres; NaN for bearings.
+        Places of the corrected reports in the common frame, metres; NaN where they say none.
     values : ndarray, shape (n, q)
         Corrected reports.
-    residual : ndarray, shape (n, q)
-        In the sensor's components and SI units; NaN where no other sensor reported the target
-        just before and just after.
+    before, after : ndarray, shape (n, q)
+        Uncorrected and corrected report less what the path by all other reports of its target
+        says, in the sensor's components and SI units; NaN for reports of no track.
+    sd : ndarray, shape (n, q)
+        Of the residual after correction, as path and declared noise have it.
     """
 
     time: FloatArray
     where: FloatArray
     values: FloatArray
-    residual: FloatArray
+    before: FloatArray
+    after: FloatArray
+    sd: FloatArray
 
 
-def report_residuals(recording: Recording, setup: Setup, theta: FloatArray) -> Residuals:
-    """Residuals after correction by theta (p,), in the order of the recording."""
-    values, time = corrected_values(recording, setup, theta)
-    turn = turns(recording, setup, np.arange(len(recording)))
-    shape = (len(recording), recording.sensors[0].dim)
-    where = places(recording, setup, values)
-    own = np.zeros(shape) if recording.own_position is None else recording.own_position
-    residual = np.full(values.shape, np.nan)
-    for k, sensor in enumerate(recording.sensors):
-        line = between(recording, time, where, k, setup.window_s)
-        seen, q = line.rows, len(sensor.bias_names)
-        said = turned(sensor, sensor.to_report(line.expected, own[seen]), -turn[seen])
-        residual[seen, :q] = _difference(sensor, values[seen, :q], said)
-    return Residuals(time, where, values, residual)
+def report_residuals(problem: RecordingProblem, fit: TrackFit) -> Residuals:
+    """Residuals at the mode of a fit to a problem."""
+    recording = problem.recording
+    values, time = corrected_values(recording, problem.setup, fit.theta)
+    shape = values.shape
+    before, after, sd = (np.full(shape, np.nan) for _ in range(3))
+    tangent, left = left_out_of(fit)
+    units = _units(fit, tangent)
+    bias = np.einsum("es,es->e", tangent.equations.response, fit.theta[tangent.equations.column])
+    columns = (left.residual + bias, left.residual, np.sqrt(left.variance))
+    place = problem.rows[tangent.rows[tangent.equations.report]], _component(fit, tangent)
+    for out, metres in zip((before, after, sd), columns, strict=True):
+        out[place] = metres / units
+    return Residuals(time, places(recording, problem.setup, values), values, before, after, sd)
 
 
-def _difference(sensor: Sensor, reports: FloatArray, expected: FloatArray) -> FloatArray:
-    """Reports (n, q) less what is expected, angles within half a turn."""
-    left = reports - expected
-    angles = np.array(sensor.bias_units) == "rad"
-    left[:, angles] = wrap_angle(left[:, angles])
-    return left
+def left_out_of(fit: TrackFit) -> tuple[TrackLinearisation, LeftOut]:
+    """The tangent of a fit, and its equations against the paths by all other reports."""
+    smoothed = smooth(fit.model, fit.point, fit.theta)
+    return fit.point.tangent, left_out(fit.point, smoothed)
 
 
-class Between(NamedTuple):
-    """Reports between two of other sensors, and the line between those at their time.
-
-    Shapes (n,), (n,), (n,), (n,), (n,) and (n, d): reports, the others before and after, the share
-    of the gap gone, the gap in seconds, and where the line has the target.
-    """
-
-    rows: IntArray
-    left: IntArray
-    right: IntArray
-    share: FloatArray
-    gap: FloatArray
-    expected: FloatArray
+def _component(fit: TrackFit, tangent: TrackLinearisation) -> IntArray:
+    """Which component of its report each equation is of."""
+    given = fit.model.reports.given[tangent.rows]
+    return np.nonzero(given)[1]
 
 
-def between(
-    recording: Recording, time: FloatArray, where: FloatArray, k: int, window_s: float
-) -> Between:
-    """Reports of sensor k between two of the others, and the line between those at its time."""
-    known = recording.target >= 0
-    mine = np.flatnonzero(known & (recording.sensor == k))
-    others = np.flatnonzero(known & (recording.sensor != k) & np.isfinite(where[:, 0]))
-    if not mine.size or len(others) < 2:
-        none, zero_s = mine[:0], time[:0]
-        return Between(none, none, none, zero_s, zero_s, where[:0])
-    others = others[np.lexsort((time[others], recording.target[others]))]
-    # one number that orders by target, then time
-    zero, span = time.min(), np.ptp(time) + 1.0
-    key = recording.target * span + (time - zero)
-    after = np.clip(np.searchsorted(key[others], key[mine], side="right"), 1, len(others) - 1)
-    left, right = others[after - 1], others[after]
-    gap = time[right] - time[left]
-    fine = (recording.target[left] == recording.target[mine]) & (
-        recording.target[right] == recording.target[mine]
-    )
-    fine &= (gap <= window_s) & (time[left] <= time[mine]) & (time[right] >= time[mine])
-    mine, left, right, gap = mine[fine], left[fine], right[fine], gap[fine]
-    share = np.divide(time[mine] - time[left], gap, out=np.zeros(len(gap)), where=gap > 0.0)
-    expected = where[left] + share[:, None] * (where[right] - where[left])
-    return Between(mine, left, right, share, gap, expected)
+def _units(fit: TrackFit, tangent: TrackLinearisation) -> FloatArray:
+    """Metres a unit of each equation's component."""
+    reports = fit.model.reports
+    factor = np.ones(reports.values.shape)
+    for k, model in enumerate(reports.models):
+        own = np.flatnonzero(reports.sensor == k)
+        if own.size:
+            where = fit.mean[own, : reports.dim]
+            where = where if reports.own is None else where - reports.own[own]
+            found = model.axes.observe(where).factor
+            factor[own, : len(model.sigmas)] = np.where(found > 0.0, found, np.inf)
+    return np.asarray(factor[tangent.rows][reports.given[tangent.rows]])
 
 
 @dataclass(frozen=True)
@@ -129,7 +109,7 @@ class Component:
         Unit inside: "m" or "rad".
     rows : ndarray of int, shape (k,)
         Reports of the recording.
-    before, after : ndarray, shape (k,)
+    before, after, sd : ndarray, shape (k,)
     """
 
     sensor: str
@@ -138,6 +118,7 @@ class Component:
     rows: IntArray
     before: FloatArray
     after: FloatArray
+    sd: FloatArray
 
     @cached_property
     def spreads(self) -> tuple[Spread, Spread]:
@@ -145,15 +126,14 @@ class Component:
         return spread(self.before), spread(self.after)
 
 
-def components(recording: Recording, before: Residuals, after: Residuals) -> list[Component]:
-    """Every component of every sensor that has residuals both before and after."""
-    found = []
+def components(problem: RecordingProblem, found: Residuals) -> list[Component]:
+    """Every component of every sensor that has residuals."""
+    recording, said = problem.recording, []
     for k, sensor in enumerate(recording.sensors):
         names = zip(sensor.bias_names, sensor.bias_units, strict=True)
         for j, (name, unit) in enumerate(names):
-            both: BoolArray = np.isfinite(before.residual[:, j]) & np.isfinite(after.residual[:, j])
-            rows = np.flatnonzero(both & (recording.sensor == k))
+            rows = np.flatnonzero(np.isfinite(found.after[:, j]) & (recording.sensor == k))
             if rows.size:
-                first, second = before.residual[rows, j], after.residual[rows, j]
-                found.append(Component(sensor.name, name, unit, rows, first, second))
-    return found
+                parts = (part[rows, j] for part in (found.before, found.after, found.sd))
+                said.append(Component(sensor.name, name, unit, rows, *parts))
+    return said

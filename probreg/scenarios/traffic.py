@@ -188,7 +188,7 @@ def _look(
         time, slot = time[seen], slot[seen]
         where = flights.position(slot, time)[:, : sensor.dim]
         if sensor.position is not None:
-            distance = np.hypot(*(where - np.asarray(sensor.position))[:, :2].T)
+            distance = np.hypot(*(where[:, :2] - np.asarray(sensor.position[:2])).T)
             near = (distance > BLIND_RANGE_M) & (distance < scene.max_range_m)
             time, slot, where = time[near], slot[near], where[near]
         parts.append((np.full(len(time), k), slot, time, where))

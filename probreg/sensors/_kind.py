@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 
@@ -28,6 +28,14 @@ class Kind:
     per_axis : bool
         Whether an accuracy may be a list of one an axis. Such a sensor has as many axes as the
         setup has dimensions.
+    others : mapping of str to float
+        Other names of the column of a single component, with SI units a unit of the cells.
+    beside : float, optional
+        Accuracy, SI units, that is assumed of reports found in rows of other sensors, as heights
+        stand beside plots; none of a kind whose reports always have rows of their own.
+    terms : tuple of str, optional
+        Bias terms that are estimated unless the setup says otherwise; by default an offset of
+        every report component.
     """
 
     name: str
@@ -36,6 +44,14 @@ class Kind:
     coordinates: int = 0
     maker: str = ""
     per_axis: bool = False
+    others: Mapping[str, float] = field(default_factory=dict)
+    beside: float | None = None
+    terms: tuple[str, ...] | None = None
+
+    @property
+    def every_column(self) -> tuple[str, ...]:
+        """Columns, and other names of them."""
+        return (*self.columns, *self.others)
 
     def sigma_key(self, component: int) -> str:
         """Key in the setup file of the accuracy of a report component."""

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from probreg.sensors._kind import Kind
-from probreg.sensors.axes import Axes
+from probreg.sensors.axes import Axes, Site
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, positive_number
 
@@ -29,7 +29,8 @@ class Sensor(Protocol):
     """What a recording and its registration ask of a sensor.
 
     A report has q = `len(bias_names)` components, and a bias adds to each of them:
-    report = truth + bias + noise. Positions are of d = `dim` coordinates in the common frame.
+    report = truth + bias + noise. Positions are of d = `dim` coordinates in the common frame;
+    a frame of three takes sensors of two as well, through `axes`.
     `own`, shape (n, d), is where the platform of a moving sensor is at each report: the sensor
     sees from there, and its own place, where it has one, is relative to it.
 
@@ -72,7 +73,7 @@ class Sensor(Protocol):
 
     @property
     def position(self) -> tuple[float, ...] | None:
-        """Its own place, metres; None for a kind without."""
+        """Its own place, `dim` coordinates or three, metres; None for a kind without."""
 
     @property
     def from_north(self) -> bool:
@@ -82,8 +83,18 @@ class Sensor(Protocol):
     def sigmas(self) -> FloatArray:
         """Accuracy of each component (q,), as declared: in the SI unit of its `kind.sigma_key`."""
 
+    @property
+    def principal(self) -> tuple[FloatArray, FloatArray | None]:
+        """Accuracies (q,) of errors that are independent, and the rotation (q, q) into these.
+
+        None for the rotation where the errors of the components are independent.
+        """
+
     def check(self, reports: FloatArray) -> FloatArray:
-        """Return reports, shape (n, q), after checking them."""
+        """Return reports, shape (n, q), after checking them.
+
+        NaN passes where a component may be missing, such as the height of a position.
+        """
 
     def to_cartesian(
         self, reports: FloatArray, own: FloatArray | None = None, *, unbiased: bool = True
@@ -93,8 +104,11 @@ class Sensor(Protocol):
     def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
         """Convert positions (n, d) to noise-free reports (n, q)."""
 
-    def axes(self) -> Axes:
-        """Its reports in their own axes, of targets in a frame of `dim` coordinates."""
+    def axes(self, site: Site) -> Axes:
+        """Its reports in their own axes, of targets in the common frame of a site.
+
+        Own positions of a moving platform are taken from the targets' first.
+        """
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None
@@ -147,7 +161,8 @@ def relative(positions: FloatArray, own: FloatArray | None) -> FloatArray:
 def settle(sensor: Any, dim: int, *sigmas: str) -> None:
     """Check a radar's numbers and store them as floats, so that equal sensors compare equal."""
     owner = f"of sensor {sensor.name!r}"
-    position = finite_array(f"position {owner}", sensor.position, (dim,))
+    high = dim == 2 and np.shape(sensor.position) == (3,)
+    position = finite_array(f"position {owner}", sensor.position, (3 if high else dim,))
     object.__setattr__(sensor, "position", tuple(position.tolist()))
     for name in sigmas:
         check = positive_number if name == "sigma_range" else angle_sigma

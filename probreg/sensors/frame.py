@@ -43,6 +43,11 @@ class LocalFrame:
                 "longitude in degrees and height in metres."
             )
 
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Latitude, longitude (degrees) and height."""
+        return self.latitude_deg, self.longitude_deg, self.height_m
+
     @cached_property
     def _transform(self) -> Transformer:
         return Transformer.from_pipeline(

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from probreg import PositionSensor
-from probreg.association import TOO_FAST, associate, doubt_identities, doubts
+from probreg.association import OFF_PATH, TOO_FAST, associate, doubt_identities, doubts
 from probreg.errors import InvalidInputError
-from probreg.recordings import UNKNOWN
+from probreg.recordings import UNKNOWN, Recording, Setup
 from probreg.registration import register
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
+from probreg.sensors import Height
 from tests.problems.test_recording import SEEN, with_bearings
-from tests.registration.conftest import fly, sensors_2d
+from tests.registration.conftest import fly, sensors_2d, sensors_3d
 
 BIASES = {
     "radar1.range": 80.0,
@@ -85,7 +86,7 @@ def test_wrong_identities_are_doubted_and_right_ones_kept():
 
 
 def test_targets_faster_than_the_setup_allows_are_said_to_be_so():
-    made = fly(sensors_2d(), {"a.range": 5.0}, noise=0.1, gate_m=200.0, window_s=20.0)
+    made = fly(sensors_2d(), {"a.range": 5.0}, noise=0.1, gate_m=200.0)
     theta = np.full(1, 5.0)
     assert not doubts(made.recording, made.setup, theta).any()
     slow = dataclasses.replace(made.setup, max_speed_m_s=30.0)
@@ -95,7 +96,8 @@ def test_targets_faster_than_the_setup_allows_are_said_to_be_so():
     assert not why[speed < 30.0].any()
     left = register(made.recording, slow, rng=np.random.default_rng(1)).notes
     assert any("faster than max_speed_m_s = 30" in note for note in left)
-    assert not any("farther than the gate" in note for note in left)
+    right = register(made.recording, made.setup, rng=np.random.default_rng(1)).notes
+    assert not any("faster than" in note for note in right)
 
 
 def test_nothing_near_is_said():
@@ -104,3 +106,72 @@ def test_nothing_near_is_said():
     silent = unlabelled(recording, np.ones(len(recording), dtype=bool))
     with pytest.raises(InvalidInputError, match="no report could be associated within gate_m"):
         associate(silent, dataclasses.replace(setup, gate_m=1e-6))
+
+
+LONE = 4  # other aircraft, far from the two and from each other
+
+
+def stacked(apart_m, *, heights=False):
+    """Aircraft 0 and 1 one above the other, seen by two radars; heights may come with plots."""
+    radars_3d = sensors_3d()
+    sensors = (*radars_3d, Height(30.0)) if heights else radars_3d
+    parts = []
+    for k, radar in enumerate(radars_3d):
+        for target in range(2 + LONE):
+            time = 0.7 * target + 5.0 * np.arange(12.0) + (k == 0)
+            at = np.outer(time, [150.0, 80.0, 0.0])
+            at += np.array([20e3 - 15e3 * max(target - 1, 0), -30e3, 4e3 + apart_m * (target == 1)])
+            for t, x, row in zip(time, at, radar.to_report(at), strict=True):
+                parts.append((t, k, target, row))
+                if heights and k == 0:
+                    parts.append((t, 2, target, [x[2], np.nan, np.nan]))
+    parts.sort(key=lambda part: part[:2])  # a height follows its plot
+    time, sensor, target, values = (np.array(column) for column in zip(*parts, strict=True))
+    own = np.arange(len(parts))
+    recording = Recording(
+        sensors,
+        sensor,
+        time,
+        values,
+        target,
+        tuple("abcdef"),
+        beside=np.where(sensor == 2, own - 1, own),
+    )
+    return recording, Setup(sensors, {"a": ("range",)})
+
+
+@pytest.mark.parametrize(("apart_m", "pure"), [(4_000.0, True), (100.0, False)])
+def test_aircraft_one_above_the_other_are_two(apart_m, pure):
+    recording, setup = stacked(apart_m)
+    found = associate(unlabelled(recording, np.ones(len(recording), dtype=bool)), setup)
+    assert (found.target != UNKNOWN).mean() > 0.95
+    assert (purity(found.target, recording.target) == 1.0) == pure
+
+
+def test_reports_that_came_together_have_one_identity():
+    recording, setup = stacked(4_000.0, heights=True)
+    assert (recording.sensor == 2).sum() == 12 * (2 + LONE)
+    np.testing.assert_array_equal(recording.target, recording.target[recording.beside])
+    found = associate(unlabelled(recording, recording.sensor != 1), setup)
+    known = found.target != UNKNOWN
+    assert known.mean() > 0.9  # the last reports are beyond those of the second radar
+    np.testing.assert_array_equal(found.target[known], recording.target[known])
+    np.testing.assert_array_equal(found.target, found.target[recording.beside])
+    blind = associate(unlabelled(recording, np.ones(len(recording), dtype=bool)), setup)
+    np.testing.assert_array_equal(blind.target, blind.target[recording.beside])
+    assert (blind.target != UNKNOWN).all()
+    assert purity(blind.target, recording.target) == 1.0
+
+
+def test_a_doubted_plot_takes_its_height_along():
+    recording, setup = stacked(4_000.0, heights=True)
+    plots = np.flatnonzero(recording.sensor == 0)
+    swapped = recording.target.copy()
+    one = plots[recording.target[plots] == 0][5]
+    swapped[[one, one + 1]] = 1
+    why = doubts(dataclasses.replace(recording, target=swapped), setup, np.zeros(1))
+    # right horizontally, 4000 m too low: only the height speaks
+    np.testing.assert_array_equal(np.flatnonzero(why), [one, one + 1])
+    np.testing.assert_array_equal(why[[one, one + 1]], OFF_PATH)
+    flat, low = stacked(100.0, heights=True)
+    assert not doubts(dataclasses.replace(flat, target=swapped), low, np.zeros(1)).any()

@@ -70,6 +70,7 @@ PHYSICS = {
     "x": lambda s, line: line[:, 0],
     "y": lambda s, line: line[:, 1],
     "z": lambda s, line: line[:, 2],
+    "height": lambda s, line: line[:, 2],
 }
 
 
@@ -206,7 +207,7 @@ def refuses_what_cannot_be_meant(sensor):
     z = sensor.to_report(x, own)
     np.testing.assert_array_equal(sensor.check(z), z)
     broken = z.copy()
-    broken[7, -1] = np.nan
+    broken[7, 0] = np.nan  # the height of a position may be missing
     bad = [z[0], np.column_stack([z, z[:, :1]]), z[..., None], broken]
     angles = np.array(sensor.bias_units) == "rad"
     if angles.any():

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.independent.scene import ANGLES, PositionReports, Radar
+from tests.independent.scene import ANGLES, FOOT_M, Barometer, PositionReports, Radar
 from tests.independent.simulate import COLUMNS, Simulated
 
 ORDER = ("time_s", "sensor", "target", *COLUMNS, "pressure_altitude_m")
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
+TARGET_SD = 20.0  # of constants of targets that the scene does not have
 RADAR_KEYS = (*PLACE, "sigma_range_m", "sigma_azimuth_deg", "sigma_elevation_deg")
 
 
@@ -22,7 +23,8 @@ def write(
     """Write both files into a folder that is there.
 
     Columns that no report uses are left out. The setup file asks for the terms that each sensor
-    has, or for those in `asked` by name of sensor: a wrong model, on purpose.
+    has, or for those in `asked` by name of sensor: a wrong model, on purpose. Those of "targets"
+    are constants of each target.
     """
     folder = Path(folder)
     columns = {name: simulated.reports[name] for name in ORDER}
@@ -35,8 +37,11 @@ def write(
     scene, asked = simulated.scene, asked or {}
     origin = zip(PLACE, (*scene.centre_deg, 0.0), strict=True)
     lines = ["origin = {" + ", ".join(f"{key} = {value}" for key, value in origin) + "}"]
-    lines.append(f"window_s = {2.0 * max(r.scan_s for r in scene.radars)}")
-    for sensor in scene.sensors:
+    own = asked.get("targets", ("range",) if scene.delay_sd_m else ())
+    if own:
+        spreads = ", ".join(f"{t}{_ending(t)} = {scene.delay_sd_m or TARGET_SD}" for t in own)
+        lines.append(f"target_terms = {{{spreads}}}")
+    for sensor in (*scene.sensors, *((scene.barometer,) if scene.barometer else ())):
         terms = asked.get(sensor.name, tuple(sensor.unknown))
         lines += [
             "",
@@ -54,16 +59,22 @@ def _cell(value: object) -> str:
     return "" if np.isnan(value) else repr(float(value))
 
 
-def _kind(sensor: Radar | PositionReports) -> list[str]:
+def _kind(sensor: Radar | PositionReports | Barometer) -> list[str]:
+    if isinstance(sensor, Barometer):
+        rounded = sensor.sigma_m**2 + (max(sensor.step_ft) * FOOT_M) ** 2 / 12.0
+        sd = round(float(np.sqrt(rounded + sensor.aircraft_sigma_m**2)), 3)
+        return ['kind = "barometer"', f"sigma_height_m = {sd}"]
     if isinstance(sensor, PositionReports):
         sigmas = [sensor.sigma_m, sensor.sigma_m, sensor.sigma_height_m]
         return ['kind = "position"', f"sigma_m = {sigmas}"]
     keys = RADAR_KEYS if sensor.sigma_elevation_deg else RADAR_KEYS[:-1]
     kind = "radar3d" if sensor.sigma_elevation_deg else "radar2d"
-    return [f'kind = "{kind}"', *(f"{key} = {getattr(sensor, key)}" for key in keys)]
+    bent = "standard" if sensor.refraction else "none"
+    numbers = (f"{key} = {getattr(sensor, key)}" for key in keys)
+    return [f'kind = "{kind}"', *numbers, f'refraction = "{bent}"']
 
 
-def _terms(sensor: Radar | PositionReports, terms: tuple[str, ...]) -> list[str]:
+def _terms(sensor: Radar | PositionReports | Barometer, terms: tuple[str, ...]) -> list[str]:
     if not terms:
         return ["reference = true"]
     given = ", ".join(
@@ -76,4 +87,5 @@ def _terms(sensor: Radar | PositionReports, terms: tuple[str, ...]) -> list[str]
 
 
 def _ending(term: str) -> str:
-    return "_deg" if term in ANGLES else {"time": "_s", "range_gain": ""}.get(term, "_m")
+    plain = {"time": "_s", "range_gain": "", "height_gain": ""}
+    return "_deg" if term in ANGLES else plain.get(term, "_m")

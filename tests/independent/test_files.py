@@ -20,14 +20,21 @@ def test_a_recording_is_read_as_it_was_simulated(tmp_path, name):
     setup = setup_file.read(tmp_path / "sensors.toml")
     scene = simulated.scene
     assert setup.origin == (*scene.centre_deg, 0.0)
-    for sensor in scene.sensors:
+    for sensor in (*scene.sensors, scene.barometer):
         assert setup.biases[sensor.name] == tuple(sensor.unknown)
+    assert set(setup.refraction.values()) == {"standard"}
     assert setup.prior_sd["north.azimuth"] == pytest.approx(np.deg2rad(0.3))
     found = table.read(tmp_path / "reports.csv", setup).recording
-    np.testing.assert_array_equal(found.time, simulated.reports["time_s"])
+    alone = np.flatnonzero(found.alone)
+    np.testing.assert_array_equal(found.time[alone], simulated.reports["time_s"])
     radars = np.isfinite(simulated.reports["range_m"])
-    np.testing.assert_array_equal(found.values[radars, 0], simulated.reports["range_m"][radars])
-    labels = np.array(found.labels)[found.target]
+    ranges = found.values[alone][radars, 0]
+    np.testing.assert_array_equal(ranges, simulated.reports["range_m"][radars])
+    heights = found.values[~found.alone, 0]
+    beside = found.beside[~found.alone]
+    wanted = simulated.reports["pressure_altitude_m"][np.searchsorted(alone, beside)]
+    np.testing.assert_array_equal(heights, wanted)
+    labels = np.array(found.labels)[found.target[alone]]
     np.testing.assert_array_equal(labels, simulated.reports["target"].astype(str))
 
 
@@ -35,7 +42,9 @@ def test_a_wrong_model_can_be_asked_for_and_empty_columns_are_left_out(tmp_path)
     simulated = simulate(
         replace(CASES["no_heights_2"](), duration_s=60.0), np.random.default_rng(1)
     )
-    write(simulated, tmp_path, asked={"north": ("range",)})
-    assert setup_file.read(tmp_path / "sensors.toml").biases["north"] == ("range",)
+    write(simulated, tmp_path, asked={"north": ("range",), "targets": ("range", "time")})
+    setup = setup_file.read(tmp_path / "sensors.toml")
+    assert setup.biases["north"] == ("range",)
+    assert setup.target_terms == {"range": 20.0, "time": 20.0}
     header = (tmp_path / "reports.csv").read_text().splitlines()[0]
     assert header == "time_s,sensor,target,range_m,azimuth_deg"

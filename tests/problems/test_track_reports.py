@@ -304,5 +304,16 @@ def test_sensors_that_cannot_be_are_refused():
         PolarAxes(np.zeros(2), ("range", "elevation"))
     with pytest.raises(InvalidInputError, match="above zero"):
         SensorModel(KINDS["bearing"], np.zeros(1))
-    with pytest.raises(InvalidInputError, match="vertical"):
-        KINDS["radar2d"].observe(SPACE[None, :2])
+
+
+def test_an_azimuth_on_the_vertical_of_its_sensor_says_nothing():
+    model = SensorModel(PolarAxes(np.zeros(3), ("range", "azimuth")), np.array([30.0, 1e-3]))
+    reports = TrackReports(
+        (model,), np.array([0]), np.array([0]), np.zeros(1), np.array([[4000.0, 1.0]]), 0, 3
+    )
+    above = np.array([[0.0, 0.0, 4000.0]])
+    equations = reports.linearise(np.zeros(0), PathPoints(np.zeros(1), above, np.zeros((1, 3))))
+    equations = equations.equations
+    assert (equations.variance > 0.0).all()
+    assert (equations.h[1] == 0.0).all()
+    assert equations.y[1] == 0.0

@@ -26,4 +26,4 @@ class JsonLines(RecordingFormat):
             target,
             ("p", "q"),
         )
-        return Reading(path, recording, (f"{len(rows)} lines",))
+        return Reading(path, recording, setup, (f"{len(rows)} lines",))

@@ -9,7 +9,7 @@ import pytest
 
 from probreg import recordings
 from probreg.errors import InvalidInputError
-from probreg.recordings import Setup, new_table, setup_file, table
+from probreg.recordings import Setup, new_table, observing_axes, setup_file, table
 from probreg.recordings.formats import asterix
 from probreg.sensors import PositionSensor, Radar2D, Radar3D
 from probreg.sensors.frame import LocalFrame
@@ -96,6 +96,13 @@ def setup(*names):
     return Setup(sensors, dict.fromkeys(names, ()), origin=ORIGIN)
 
 
+def of_reports(found):
+    """Recording of what stands alone, and its heights."""
+    recording = found.recording
+    assert (recording.beside[recording.alone] == np.flatnonzero(recording.alone)).all()
+    return recording, np.flatnonzero(recording.alone)
+
+
 def scene(n=120, start=86_350.0):
     """Aircraft on straight lines over midnight: their places, and each source's view of them."""
     rng = np.random.default_rng(6)
@@ -108,7 +115,7 @@ def scene(n=120, start=86_350.0):
     xy = begin[number, :2] + speed[number] * (time - start)[:, None]
     places = frame.to_geodetic(np.column_stack([xy, height]))
     places[:, 2] = height
-    return time, number + 0x3C0000, places, frame.from_geodetic(places)[:, :2]
+    return time, number + 0x3C0000, places, frame.from_geodetic(places)
 
 
 def write(path, reference=adsb, **changes):
@@ -132,35 +139,84 @@ def write(path, reference=adsb, **changes):
 
 
 @pytest.mark.parametrize("reference", [adsb, system_track])
-def test_simulated_plots_come_back_at_their_places(tmp_path, reference):
-    time, address, xy, who = write(tmp_path / "r.ast", reference)
+def test_simulated_plots_are_what_their_radars_see(tmp_path, reference):
+    time, address, x, who = write(tmp_path / "r.ast", reference)
     said = setup("west", "east", "adsb")
-    recording, notes = asterix.read(tmp_path / "r.ast", said, SOURCES)
-    assert notes == ()
-    np.testing.assert_allclose(recording.time, time, atol=1 / 256)
-    np.testing.assert_array_equal(recording.sensor, who)
-    labels = [recording.labels[k] for k in recording.target]
+    found = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    assert found.notes == ()
+    recording, alone = of_reports(found)
+    np.testing.assert_allclose(recording.time[alone], time, atol=1 / 256)
+    np.testing.assert_array_equal(recording.sensor[alone], who)
+    labels = [recording.labels[k] for k in recording.target[alone]]
     assert labels == [f"{number:06x}" for number in address]
-    for k, sensor in enumerate(said.sensors):
-        rows = recording.sensor == k
-        values = recording.values[rows]
-        at = values if k == 2 else sensor.to_cartesian(values, unbiased=False)
-        # 1/256 NM and 0.0055 degrees of a plot, 2^-25 half turns of a track: as the items have it
-        reach = np.linalg.norm(xy[rows] - (sensor.position or 0.0), axis=1)
-        last = 0.7 + (0.0 if k == 2 else NM / 512 * 1.2) + (0.0 if k == 2 else 5e-5) * reach
-        assert (np.linalg.norm(at - xy[rows], axis=1) < last).all()
+    heights = np.flatnonzero(~recording.alone)
+    assert len(heights) == len(alone)
+    plain = dataclasses.replace(found.setup, refraction={"west": "none", "east": "none"})
+    for k, axes in enumerate(observing_axes(plain)):
+        rows = alone[who == k] if k < 3 else heights
+        seen = axes.observe(x[who == k] if k < 3 else x[recording.beside[heights].argsort()])
+        off = recording.values[rows] - np.pad(
+            seen.value, ((0, 0), (0, recording.values.shape[1] - seen.value.shape[1]))
+        )
+        q = seen.value.shape[1]
+        off = off[:, :q]
+        off[:, axes.angles] = wrap_angle(off[:, axes.angles])
+        # 1/256 NM and 0.0055 degrees of a plot, places of a station to 2e-5 degrees and a metre,
+        # 2^-25 half turns of a track, 25 ft: as the items have it
+        last = [NM / 512 + 3.0, 1.3e-4] if k < 2 else [0.7] * q
+        assert (np.abs(off).max(axis=0) < last[:q]).all()
+    assert found.setup.biases["barometer"] == ("height", "height_gain")
+
+
+def test_geometric_heights_stay_with_positions_of_three_dimensions(tmp_path):
+    """I021/140 by the library, which writes as well."""
+    from asterix import generated
+
+    _, _, _, _ = write(tmp_path / "r.ast")
+    record = generated.Cat_021_2_7.cv_record.create(
+        {
+            "010": (("SAC", 25), ("SIC", 9)),
+            "080": 0x3C0001,
+            "131": (("LAT", (50.1, "°")), ("LON", (8.2, "°"))),
+            "073": (86_380.0, "s"),
+            "140": (30_000.0, "ft"),
+            "145": (292.0, "FL"),
+        }
+    )
+    block_ = generated.Cat_021_2_7.create([record]).unparse().to_bytes()
+    path = tmp_path / "r.ast"
+    path.write_bytes(path.read_bytes() + block_)
+    for high in (True, False):
+        said = setup("west", "east", "adsb")
+        if high:
+            solid = PositionSensor.independent((10.0, 10.0, 20.0), "adsb")
+            said = dataclasses.replace(said, sensors=(*said.sensors[:2], solid))
+        found = asterix.read(path, said, SOURCES)
+        recording, names = found.recording, [s.name for s in found.setup.sensors]
+        barometer = recording.sensor == names.index("barometer")
+        assert np.isclose(recording.values[barometer, 0], 29_200 * FOOT).sum() == 1
+        own = recording.sensor == 2
+        if high:
+            assert np.isclose(recording.values[own, 2], 30_000 * FOOT).sum() == 1
+            assert np.isnan(recording.values[own, 2]).sum() == own.sum() - 1
+            assert "height" not in names
+        else:
+            height = recording.values[recording.sensor == names.index("height"), 0]
+            np.testing.assert_allclose(height, [30_000 * FOOT])
 
 
 def test_a_recording_of_plots_is_kept_as_a_table(tmp_path):
     write(tmp_path / "r.ast")
-    said = setup("west", "east", "adsb")
-    recording, _ = asterix.read(tmp_path / "r.ast", said, SOURCES)
-    new_table.create(tmp_path / "r.parquet", recording, said)
-    again = table.read(tmp_path / "r.parquet", said).recording
+    found = asterix.read(tmp_path / "r.ast", setup("west", "east", "adsb"), SOURCES)
+    recording = found.recording
+    new_table.create(tmp_path / "r.parquet", recording, found.setup)
+    again = table.read(tmp_path / "r.parquet", found.setup).recording
     difference = again.values - recording.values
     difference[recording.sensor < 2, 1] = wrap_angle(difference[recording.sensor < 2, 1])
-    assert np.abs(difference).max() < 1e-9
-    np.testing.assert_array_equal(again.time, recording.time)
+    assert np.nanmax(np.abs(difference)) < 1e-7
+    np.testing.assert_array_equal(np.isnan(again.values), np.isnan(recording.values))
+    for name in ("time", "sensor", "beside"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(recording, name))
 
 
 def test_the_setup_names_the_sources_and_the_door_reads_them(tmp_path):
@@ -170,30 +226,25 @@ def test_the_setup_names_the_sources_and_the_door_reads_them(tmp_path):
     again = setup_file.read(tmp_path / "sensors.toml")
     assert again.asterix == SOURCES
     found = recordings.read(tmp_path / "r.ast", said)
-    wanted, notes = asterix.read(tmp_path / "r.ast", said, SOURCES)
-    assert found.notes == notes
+    wanted = asterix.read(tmp_path / "r.ast", said, SOURCES)
+    assert found.notes == wanted.notes
     for name in ("values", "time", "sensor", "target"):
-        np.testing.assert_array_equal(getattr(found.recording, name), getattr(wanted, name))
+        np.testing.assert_array_equal(
+            getattr(found.recording, name), getattr(wanted.recording, name)
+        )
     with pytest.raises(InvalidInputError, match="sources must name each sensor"):
         recordings.read(tmp_path / "r.ast", dataclasses.replace(said, asterix={}))
 
 
-def test_flat_geometry_would_be_wrong_by_more_than_the_biases_looked_for(tmp_path):
-    """The control of the test above: slant range and true north taken for those of the plane."""
-    write(tmp_path / "r.ast")
-    said = setup("west", "east", "adsb")
-    recording, _ = asterix.read(tmp_path / "r.ast", said, SOURCES)
-    rows = recording.sensor == 1
-    flat = np.array(
-        [
-            [m.values[0] * NM, np.deg2rad(m.values[1])]
-            for m in asterix.messages(tmp_path / "r.ast")
-            if m.category == 48 and m.source == (25, 2)
-        ]
-    )
-    difference = recording.values[rows] - flat
-    assert np.abs(difference[:, 0]).max() > 50.0
-    assert np.abs(np.rad2deg(wrap_angle(difference[:, 1]))).min() > 0.5
+def test_the_level_of_the_frame_would_be_wrong_by_more_than_the_biases_looked_for(tmp_path):
+    """The control of the test above: radars that stand level with the frame's origin."""
+    _, _, x, who = write(tmp_path / "r.ast")
+    found = asterix.read(tmp_path / "r.ast", setup("west", "east", "adsb"), SOURCES)
+    recording, alone = of_reports(found)
+    level = observing_axes(dataclasses.replace(found.setup, places={}))[1]
+    rows = alone[who == 1]
+    off = recording.values[rows, :2] - level.observe(x[who == 1]).value
+    assert np.abs(np.rad2deg(wrap_angle(off[:, 1]))).min() > 0.5
 
 
 def test_a_survey_tells_who_sends_what_from_where(tmp_path):
@@ -229,24 +280,22 @@ def test_what_is_left_out_is_said(tmp_path):
     write(path)
     extra = [
         block(48, plot((25, 1), 86_360.0, 30.0, 10.0, None, 1)),
-        block(48, plot((25, 1), 86_360.0, 0.5, 10.0, 300.0, 1)),
         block(48, plot((7, 7), 86_360.0, 0.5, 10.0, 300.0, 1)),
         block(1, b"\x00\x00"),
     ]
     path.write_bytes(path.read_bytes() + b"".join(extra))
-    recording, notes = asterix.read(path, setup("west", "east", "adsb"), SOURCES)
-    assert len(recording) == 120
-    for words in (
-        "source (7, 7) is not used",
-        "1 of west lack place, time or height",
-        "1 of west have a range below",
-    ):
-        assert any(words in note for note in notes), notes
+    found = asterix.read(path, setup("west", "east", "adsb"), SOURCES)
+    # a plot without a height is a plot
+    assert found.recording.alone.sum() == 121
+    assert len(found.recording) == 241
+    assert any("source (7, 7) is not used" in note for note in found.notes)
     bare = path.read_bytes()[2 * len(block(34, station((25, 1), 0.0, PLACES["west"]))) :]
     assert bare[0] == 48
     path.write_bytes(bare[: -sum(map(len, extra))])
-    _, notes = asterix.read(path, setup("west", "east", "adsb"), SOURCES, {"west": 310.0})
-    assert notes == ("the height of east is not given and taken as 0 m",)
+    placed = dataclasses.replace(setup("west", "east", "adsb"), places={"west": PLACES["west"]})
+    assert asterix.read(path, placed, SOURCES).notes == (
+        "the height of east is not given and taken as 0 m",
+    )
 
 
 def test_a_radar_far_from_where_its_messages_have_it_is_said(tmp_path):
@@ -254,8 +303,9 @@ def test_a_radar_far_from_where_its_messages_have_it_is_said(tmp_path):
     said = setup("west", "east", "adsb")
     wrong = Radar2D((0.0, 0.0), 70.0, 1e-3, "west", from_north=True)
     moved = Setup((wrong, *said.sensors[1:]), {}, origin=ORIGIN)
-    _, notes = asterix.read(tmp_path / "r.ast", moved, SOURCES)
-    assert any("west is 44" in note and "m from where" in note for note in notes)
+    found = asterix.read(tmp_path / "r.ast", moved, SOURCES)
+    assert any("west is 44" in note and "m from where" in note for note in found.notes)
+    assert set(found.setup.places) == {"east"}
 
 
 def test_bytes_that_are_cut_off_or_damaged(tmp_path):

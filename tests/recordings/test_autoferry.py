@@ -198,6 +198,6 @@ def test_a_measurement_of_two_by_two_has_norths_in_its_first_row(folder, scenari
 @pytest.mark.parametrize("scenario", [2, 3, 4, 5, 13, 17])
 def test_every_scenario_passes_the_checks_of_a_recording(folder, scenario):
     recording = autoferry.read(folder, scenario)
-    checks.check(recording, autoferry.setup().window_s)
+    checks.check(recording)
     assert (np.bincount(recording.sensor) > 40).all()
     assert np.ptp(recording.time) < 200.0

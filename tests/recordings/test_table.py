@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.recordings import Setup, table
+from probreg.recordings import Recording, Setup, observing_axes, places, table, turns
 from probreg.scenarios.traffic import TrafficScene, radars, simulate
 from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Radar3D
 from probreg.sensors.frame import LocalFrame
@@ -182,33 +182,77 @@ def test_a_moving_platform_with_a_radar_a_camera_and_a_reference(tmp_path):
         table.read(path, setup)
 
 
-def test_azimuth_from_true_north_is_turned_to_the_frame(tmp_path):
+def test_azimuth_stays_as_it_is_from_true_north_and_the_axes_know_it(tmp_path):
     """A target placed by latitude: both radars must see it where the ellipsoid has it."""
     origin = (60.0, 10.0, 0.0)
-    frame = LocalFrame(*origin)
-    east = frame.from_geodetic(np.array([60.1, 11.5, 0.0]))
+    frame, place = LocalFrame(*origin), (60.1, 11.5, 0.0)
+    east = frame.from_geodetic(np.array(place))
     sensors = tuple(
-        Radar3D(place, 20.0, 1e-3, 1e-3, name, from_north=True)
-        for name, place in (("a", (0.0, 0.0, 0.0)), ("b", tuple(east.tolist())))
+        Radar3D(tuple(where), 20.0, 1e-3, 1e-3, name, from_north=True)
+        for name, where in (("a", np.zeros(3).tolist()), ("b", east.tolist()))
     )
-    setup = Setup(sensors, {"a": (), "b": ()}, origin=origin)
-    # due north of b by its own meridian
+    setup = Setup(
+        sensors,
+        {"a": (), "b": ()},
+        origin=origin,
+        places={"a": origin, "b": place},
+        refraction={"a": "none", "b": "none"},
+    )
+    # due north of b by its own meridian, level with it by its own vertical
     target = frame.from_geodetic(np.array([60.2, 11.5, 0.0]))
-    away = np.linalg.norm(target - east)
     own = sensors[0].to_report(target[None])[0]
+    away = LocalFrame(*place).from_geodetic(np.array([60.2, 11.5, 0.0]))
+    distance = np.linalg.norm(away)
     path = tmp_path / "r.csv"
     path.write_text(
         "time_s,sensor,range_m,azimuth_deg,elevation_deg\n"
         f"1,a,{own[0]},{np.rad2deg(own[1])},{np.rad2deg(own[2])}\n"
-        f"1.5,b,{away},0.0,{np.rad2deg(np.arcsin((target - east)[2] / away))}\n"
+        f"1.5,b,{distance},0.0,{np.rad2deg(np.arcsin(away[2] / distance))}\n"
     )
-    found = table.read(path, setup, trust_units=True).recording
-    for k, sensor in enumerate(sensors):
-        where = sensor.to_cartesian(found.values[k][None], unbiased=False)[0]
-        np.testing.assert_allclose(where, target, atol=0.5)
-    # without the turn b would be off by a quarter of a kilometre
-    raw = np.array([[away, 0.0, found.values[1, 2]]])
-    wrong = sensors[1].to_cartesian(raw, unbiased=False)[0]
-    assert np.linalg.norm(wrong - target) > 200.0
+    read = table.read(path, setup, trust_units=True)
+    found = read.recording
+    np.testing.assert_array_equal(found.values[1, 1], 0.0)
+    np.testing.assert_allclose(places(found, setup, found.values), [target, target], atol=1e-6)
+    # level with the frame b would be off by hundreds of metres
+    flat = dataclasses.replace(setup, places={})
+    off = places(found, flat, found.values)[1] - target
+    assert np.linalg.norm(off) > 200.0
     table.write(tmp_path / "o.csv", found, like=path, setup=setup)
     assert (tmp_path / "o.csv").read_text() == path.read_text()
+
+
+def test_in_the_plane_the_meridians_turn_the_axes(tmp_path):
+    origin, place = (60.0, 10.0, 0.0), (60.1, 11.5, 0.0)
+    frame = LocalFrame(*origin)
+    east = frame.from_geodetic(np.array(place))
+    target = frame.from_geodetic(np.array([60.2, 11.5, 0.0]))
+    for from_north in (True, False):
+        sensors = (
+            Radar2D(tuple(east.tolist()), 20.0, 1e-3, "b", from_north=from_north),
+            Radar2D((0.0, 0.0), 20.0, 1e-3, "c", from_north=from_north),
+        )
+        setup = Setup(sensors, {}, origin=origin, places={"b": place}, targets="surface")
+        axes = observing_axes(setup)
+        seen = axes[0].observe(target[None, :2]).value[0]
+        np.testing.assert_allclose(
+            seen[1], 0.0 if from_north else 0.5 * np.pi, atol=2e-5
+        )  # as flat as the plane
+        np.testing.assert_allclose(axes[0].place(seen[None], np.zeros(1))[0], target[:2], atol=1e-6)
+        # given in metres: north is the frame's
+        straight = axes[1].observe(np.array([[0.0, 5e3]])).value[0]
+        np.testing.assert_allclose(straight[1], 0.0 if from_north else 0.5 * np.pi, atol=1e-12)
+
+
+def test_a_moving_platform_counts_from_true_north_where_it_is():
+    sensors = (Radar2D((0.0, 0.0), 20.0, 1e-3, "a", from_north=True),)
+    own = np.array([[90e3, 1e4], [0.0, 0.0]])
+    recording = Recording(
+        sensors, np.zeros(2, int), np.arange(2.0), np.full((2, 2), 0.1), np.zeros(2, int),
+        own_position=own,
+    )  # fmt: skip
+    setup = Setup(sensors, {}, origin=(60.0, 8.0, 0.0), targets="surface")
+    turn = LocalFrame(60.0, 8.0, 0.0).convergence(own[0])
+    np.testing.assert_allclose(turns(recording, setup, np.arange(2)), [turn, 0.0], atol=1e-12)
+    assert abs(turn) > 0.02
+    flat = dataclasses.replace(setup, origin=None)
+    np.testing.assert_array_equal(turns(recording, flat, np.arange(2)), 0.0)

@@ -111,7 +111,7 @@ def fly(
         tuple(sensors),
         biases,
         body_frame=frozenset(body_frame),
-        **{"acceleration_m_s2": 0.1, "window_s": 15.0, **setup},
+        **{"acceleration_m_s2": 0.1, **setup},
     )
     return Made(recording, made, theta, (start, velocity))
 

@@ -7,10 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from probreg.problems.recording import RecordingProblem
+from probreg.posterior.tracks import fit_tracks
+from probreg.problems.recording import recording_problem
 from probreg.registration import LAWS, register
-from probreg.registration._accuracy import accuracies
-from probreg.registration.residuals import report_residuals
+from probreg.registration._accuracy import accuracies, variance_factor
+from probreg.registration._identities import PROVISIONAL
+from probreg.registration._track_model import track_model
 from probreg.scenarios.traffic import TrafficScene, simulate
 
 
@@ -29,12 +31,15 @@ def declared(recording, setup, **factors):
     )
 
 
+def fitted(recording, setup):
+    problem = recording_problem(recording, setup)
+    return problem, fit_tracks(track_model(problem, PROVISIONAL))
+
+
 @pytest.fixture(scope="module")
 def traffic():
     scene = TrafficScene(6_000, outlier_share=0.03)
-    recording, setup, truth = simulate(scene, np.random.default_rng(1))
-    names = RecordingProblem(recording, setup).names
-    return recording, setup, np.array([truth.bias[name] for name in names])
+    return simulate(scene, np.random.default_rng(1))[:2]
 
 
 @pytest.mark.parametrize(
@@ -48,9 +53,7 @@ def traffic():
     ids=str,
 )
 def test_each_declared_accuracy_is_told(traffic, factors):
-    recording, setup, theta = traffic
-    wrong = declared(recording, setup, **factors)
-    found = accuracies(*wrong, report_residuals(*wrong, theta))
+    found = accuracies(*fitted(*declared(*traffic, **factors)))
     names = {(one.sensor, one.component): one for one in found}
     assert set(names) == {(f"radar{k}", part) for k in (1, 2, 3) for part in ("range", "azimuth")}
     for (sensor, part), one in names.items():
@@ -76,8 +79,15 @@ def test_the_remark_names_the_sensor_and_the_accuracy_to_set():
 
 def test_small_recordings_claim_nothing_by_chance():
     for seed in range(10):
-        recording, setup, truth = simulate(TrafficScene(400), np.random.default_rng(seed))
-        names = RecordingProblem(recording, setup).names
-        theta = np.array([truth.bias[name] for name in names])
-        found = accuracies(recording, setup, report_residuals(recording, setup, theta))
+        recording, setup, _ = simulate(TrafficScene(400), np.random.default_rng(seed))
+        found = accuracies(*fitted(recording, setup))
         assert not any(one.clear and not 0.6 < one.factor < 1.6 for one in found)
+
+
+def test_the_factor_is_that_of_normal_residuals():
+    rng = np.random.default_rng(1)
+    path, sigma2 = rng.uniform(0.1, 2.0, 20_000), rng.uniform(0.5, 3.0, 20_000)
+    for factor in (0.25, 1.0, 9.0):
+        square = (path + factor * sigma2) * rng.chisquare(1, 20_000)
+        # sd of a robust variance: 2.33 / sqrt(20 000), and the path's share of it
+        assert variance_factor(square, path, sigma2) == pytest.approx(factor, rel=0.15)

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from probreg.sensors import Equations, Kind
+from probreg.sensors.axes import polar_axes
 from probreg.validation import finite_array
 
 
@@ -33,6 +34,10 @@ class Ranging:
         return np.array([self.sigma_range])
 
     @property
+    def principal(self):
+        return self.sigmas, None
+
+    @property
     def bias_sd(self):
         return np.array([100.0])
 
@@ -47,6 +52,9 @@ class Ranging:
 
     def to_report(self, positions, own=None):
         return np.linalg.norm(self._line(positions, own), axis=1, keepdims=True)
+
+    def axes(self, site):
+        return polar_axes(self.position, ("range",), False, site)
 
     def observe(self, reports, at=None, own=None):
         n = len(reports)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numba
@@ -139,13 +138,7 @@ def _misfit(
 ) -> FloatArray:
     """Chi-square of reports `own` against states of other targets."""
     d = reports.dim
-    asked = replace(
-        reports,
-        sensor=reports.sensor[own],
-        target=np.arange(len(own)),
-        time=reports.time[own],
-        values=reports.values[own],
-    )
+    asked = reports.take(own, np.arange(len(own)))
     time = asked.shifted_time(theta)
     tangent = asked.linearise(theta, PathPoints(time, mean[:, :d], mean[:, d : 2 * d]))
     equations = tangent.equations

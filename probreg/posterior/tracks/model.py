@@ -125,14 +125,7 @@ class TrackModel:
         number = np.full(self.reports.num_targets, -1)
         number[targets] = np.arange(len(targets))
         own = np.flatnonzero(number[self.reports.target] >= 0)
-        reports = replace(
-            self.reports,
-            sensor=self.reports.sensor[own],
-            target=number[self.reports.target[own]],
-            time=self.reports.time[own],
-            values=self.reports.values[own],
-            beside=_renumbered(self.reports.beside, own),
-        )
+        reports = self.reports.take(own, number[self.reports.target[own]])
         assert self.guess is not None
         guess = PathPoints(*(array[own] for array in self.guess))
         return replace(self, reports=reports, guess=guess)
@@ -184,13 +177,3 @@ class TrackModel:
         across = (given & ~vertical).sum(axis=1)
         up = (given & vertical).sum(axis=1)
         return np.asarray(-0.5 * across * np.log(self.area_m2) - up * np.log(LAYER_M))
-
-
-def _renumbered(beside: IntArray | None, own: IntArray) -> IntArray | None:
-    """Companions among reports `own`; those without theirs stand alone."""
-    if beside is None:
-        return None
-    number = np.full(len(beside), -1)
-    number[own] = np.arange(len(own))
-    found = number[beside[own]]
-    return np.where(found < 0, np.arange(len(own)), found)

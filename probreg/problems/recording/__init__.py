@@ -1,6 +1,5 @@
-"""Asynchronous recordings: rows of a target's reports, its path eliminated."""
+"""Asynchronous recordings: the tracks of their targets, and the unknowns of their sensors."""
 
-from probreg.problems.recording._rows import RowPlan, plan_rows
-from probreg.problems.recording.recording_problem import RecordingProblem
+from probreg.problems.recording.recording_problem import RecordingProblem, recording_problem
 
-__all__ = ["RecordingProblem", "RowPlan", "plan_rows"]
+__all__ = ["RecordingProblem", "recording_problem"]

@@ -31,7 +31,10 @@ def first_guess(reports: TrackReports, height_m: float = 8_000.0) -> PathPoints:
     position = np.full((n, d), np.nan)
     for k, model in enumerate(reports.models):
         own = np.flatnonzero(reports.sensor == k)
-        position[own] = model.axes.place(reports.values[own, : len(model.sigmas)], height[own])
+        if own.size:
+            position[own] = model.axes.place(reports.reported(own), height[own])
+    if reports.own is not None:
+        position += reports.own
     position[np.isnan(position).any(axis=1)] = np.nan
     placed = _nearest(reports, position)
     lost = np.flatnonzero(np.isnan(placed).any(axis=1))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from probreg.errors import InvalidInputError
 from probreg.sensors.axes import Axes
 from probreg.typing import FloatArray
@@ -36,12 +38,22 @@ class SensorModel:
     own : tuple of (int, ErrorTerm)
         Errors that belong to the target and stay with it, each with its place among the
         constants of a target.
+    azimuth : int, optional
+        The component to which a heading adds.
+    metric : tuple of bool, optional
+        Components whose sigma is in metres whatever their unit; by default none.
+    mixing : ndarray, shape (q, q), or None
+        Rotation of the components' errors, in metres, into some that are independent: `sigmas`
+        are those of the rotated ones. None where those of the components are.
     """
 
     axes: Axes
     sigmas: FloatArray
     terms: tuple[tuple[int, ErrorTerm], ...] = ()
     own: tuple[tuple[int, ErrorTerm], ...] = ()
+    azimuth: int | None = None
+    metric: tuple[bool, ...] = ()
+    mixing: FloatArray | None = None
 
     def __post_init__(self) -> None:
         q = len(self.axes.angles)
@@ -49,3 +61,11 @@ class SensorModel:
         if (sigmas <= 0.0).any():
             raise InvalidInputError(f"sigmas {sigmas} must be above zero.")
         object.__setattr__(self, "sigmas", sigmas)
+        if not self.metric:
+            object.__setattr__(self, "metric", (False,) * q)
+
+    def mixed(self, parts: FloatArray) -> FloatArray:
+        """Parts by component (n, q, ...), in metres, as parts whose errors are independent."""
+        if self.mixing is None:
+            return parts
+        return np.asarray(np.einsum("pq,nq...->np...", self.mixing, parts))

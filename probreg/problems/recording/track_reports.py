@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -54,8 +54,12 @@ class TrackReports:
         Dimensions of the position.
     radius_m : float
         Of the earth, for the fall of level flight in a rigid frame; infinite on a plane.
+    own : ndarray, shape (n, d), optional
+        Where the platform of each sensor is, metres; sensors see from there.
+    turn : ndarray, shape (n,), optional
+        What a heading adds to the azimuth of each report, radians.
     beside : ndarray of int, shape (n,), optional
-        number of the report that each came with; its own for those that stand alone
+        Number of the report that each came with; its own for those that stand alone.
 
     Raises
     ------
@@ -72,6 +76,8 @@ class TrackReports:
     dim: int = 2
     num_constants: int = 0
     radius_m: float = np.inf
+    own: FloatArray | None = None
+    turn: FloatArray | None = None
     beside: IntArray | None = None
 
     def __post_init__(self) -> None:
@@ -105,6 +111,40 @@ class TrackReports:
         """Targets, named or skipped."""
         return int(self.target.max()) + 1
 
+    @property
+    def counts(self) -> IntArray:
+        """Reports of each target, (targets,)."""
+        return np.bincount(self.target, minlength=self.num_targets)
+
+    def take(self, rows: IntArray, target: IntArray | None = None) -> TrackReports:
+        """Some of the reports, in the order given, of targets given anew."""
+        beside = self.beside
+        if beside is not None:
+            number = np.full(len(self), -1)
+            number[rows] = np.arange(len(rows))
+            beside = number[beside[rows]]
+            # what a report came with may have stayed behind
+            beside = np.where(beside < 0, np.arange(len(rows)), beside)
+        return replace(
+            self,
+            sensor=self.sensor[rows],
+            target=self.target[rows] if target is None else target,
+            time=self.time[rows],
+            values=self.values[rows],
+            own=None if self.own is None else self.own[rows],
+            turn=None if self.turn is None else self.turn[rows],
+            beside=beside,
+        )
+
+    def reported(self, rows: IntArray) -> FloatArray:
+        """Components (k, q) of reports of one sensor, azimuths from the axes of the frame."""
+        model = self.models[self.sensor[rows[0]]]
+        values = self.values[rows, : len(model.sigmas)]
+        if self.turn is not None and model.azimuth is not None:
+            values = values.copy()
+            values[:, model.azimuth] += self.turn[rows]
+        return values
+
     def shifted_time(self, theta: FloatArray) -> FloatArray:
         """Times (n,) by clocks corrected by theta."""
         late = np.zeros(len(self.models))
@@ -133,11 +173,13 @@ class TrackReports:
             for low in range(0, len(of_sensor), _BLOCK):
                 block = of_sensor[low : low + _BLOCK]
                 own = rows[block]
-                given = self._given[own, :m]
+                given = self.given[own, :m]
                 place = start[block, None] + self._place[own, :m]
                 where = _Where(given, place[given])
-                at = (position[own], path.velocity[own], self.values[own, :m])
-                _write(scalar, where, model, theta, at)
+                away = position[own] if self.own is None else position[own] - self.own[own]
+                at = _At(position[own], away, path.velocity[own])
+                turn = None if self.turn is None else self.turn[own]
+                _write(scalar, where, model, theta, at, (self.values[own, :m], turn))
         targets = np.bincount(self.target, minlength=self.num_targets)
         equations = track_equations(
             np.concatenate([[0], np.cumsum(targets)]),
@@ -149,7 +191,7 @@ class TrackReports:
         return TrackLinearisation(equations, rows, order, theta)
 
     @cached_property
-    def _given(self) -> BoolArray:
+    def given(self) -> BoolArray:
         """Which components are there, (n, q)."""
         given = np.isfinite(self.values)
         for k, model in enumerate(self.models):
@@ -159,7 +201,7 @@ class TrackReports:
     @cached_property
     def _place(self) -> IntArray:
         """Where the equation of each component stands among those of its report, (n, q)."""
-        return np.asarray(np.cumsum(self._given, axis=1, dtype=np.int8) - 1, dtype=np.int8)
+        return np.asarray(np.cumsum(self.given, axis=1, dtype=np.int8) - 1, dtype=np.int8)
 
     def _scalar(self, E: int) -> ScalarEquations:
         """Room for E equations."""
@@ -220,32 +262,50 @@ class _Where(NamedTuple):
     rows: IntArray
 
 
+class _At(NamedTuple):
+    """Where targets are, in the frame and from the platform, and how they move, (n, d)."""
+
+    position: FloatArray
+    away: FloatArray
+    velocity: FloatArray
+
+
 def _write(
     scalar: ScalarEquations,
     where: _Where,
     model: SensorModel,
     theta: FloatArray,
-    at: tuple[FloatArray, FloatArray, FloatArray],
+    at: _At,
+    said: tuple[FloatArray, FloatArray | None],
 ) -> None:
     """Fill in the equations of the reports of one sensor."""
-    position, velocity, values = at
     given, rows = where
-    seen = model.axes.observe(position)
-    moved = np.einsum("nqd,nd->nq", seen.gradient, velocity)
-    off = values - seen.value
+    seen = model.axes.observe(at.away)
+    values, turn = said
+    expected = seen.value
+    if turn is not None and model.azimuth is not None:
+        expected = expected.copy()
+        expected[:, model.azimuth] -= turn
+    gradient = model.mixed(seen.gradient)
+    moved = np.einsum("nqd,nd->nq", gradient, at.velocity)
+    off = values - expected
     assert scalar.column is not None
     assert scalar.response is not None
     assert scalar.constants is not None
     for j, (c, term) in enumerate(model.terms):
-        own = term.column(seen.value)
+        own = term.column(expected)
         off = off - theta[c] * own
         scalar.column[rows, j] = c
-        scalar.response[rows, j] = (seen.factor * own - term.stamp * moved)[given]
+        own = model.mixed(seen.factor * own) - term.stamp * moved
+        scalar.response[rows, j] = own[given]
     for c, term in model.own:
-        own = seen.factor * term.column(seen.value) - term.stamp * moved
+        own = model.mixed(seen.factor * term.column(expected)) - term.stamp * moved
         scalar.constants[rows, c] += own[given]
     off[:, model.axes.angles] = wrap_angle(off[:, model.axes.angles])
-    at_path = np.einsum("nqd,nd->nq", seen.gradient, position)
-    scalar.y[rows] = (seen.factor * off + at_path)[given]
-    scalar.h[rows] = seen.gradient[given]
-    scalar.variance[rows] = ((seen.factor * model.sigmas) ** 2)[given]
+    at_path = np.einsum("nqd,nd->nq", gradient, at.position)
+    scalar.y[rows] = (model.mixed(seen.factor * off) + at_path)[given]
+    scalar.h[rows] = gradient[given]
+    # a component that says nothing there, as an azimuth on a sensor's vertical, has no lever
+    lever = np.where(seen.factor > 0.0, seen.factor, 1.0)
+    sd = np.where(model.metric, 1.0, lever) * model.sigmas
+    scalar.variance[rows] = (sd**2)[given]

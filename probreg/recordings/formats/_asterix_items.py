@@ -9,11 +9,10 @@ from typing import Any
 
 from probreg import extras
 from probreg.errors import InvalidInputError
+from probreg.sensors.heights import FOOT_M
 
 EDITIONS = {21: "2_7", 34: "1_29", 48: "1_32", 62: "1_20"}
 HEADER_BYTES = 3
-FOOT_M = 0.3048
-FLIGHT_LEVEL_M = 100.0 * FOOT_M
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,9 @@ class Message:
         Slant range (NM) and azimuth (degrees) of a plot; latitude and longitude (degrees) of a
         position or a station. None where the record gives none.
     height_m : float or None
+        Above the ellipsoid.
+    flight_level : float or None
+        By pressure, hundreds of feet.
     address : int or None
         Of the aircraft.
     """
@@ -40,6 +42,7 @@ class Message:
     time_s: float | None
     values: tuple[float, float] | None
     height_m: float | None = None
+    flight_level: float | None = None
     address: int | None = None
 
 
@@ -95,10 +98,10 @@ def _address(item: Any) -> int | None:
 
 
 def _plot(record: Any) -> Message:
-    height = _scaled(_number(record, "090", "FL"), FLIGHT_LEVEL_M)
+    level = _number(record, "090", "FL")
     address = _address(record.get_item("220"))
     polar = _pair(record, "040", "RHO", "THETA")
-    return Message(48, _source(record), _number(record, "140"), polar, height, address)
+    return Message(48, _source(record), _number(record, "140"), polar, None, level, address)
 
 
 def _station(record: Any) -> Message:
@@ -110,18 +113,17 @@ def _station(record: Any) -> Message:
 def _adsb(record: Any) -> Message:
     place = _first(_pair(record, "131", "LAT", "LON"), _pair(record, "130", "LAT", "LON"))
     time = _first(_number(record, "071"), _number(record, "073"))
-    height = _first(
-        _scaled(_number(record, "140"), FOOT_M), _scaled(_number(record, "145"), FLIGHT_LEVEL_M)
-    )
-    return Message(21, _source(record), time, place, height, _address(record.get_item("080")))
+    height, level = _scaled(_number(record, "140"), FOOT_M), _number(record, "145")
+    address = _address(record.get_item("080"))
+    return Message(21, _source(record), time, place, height, level, address)
 
 
 def _track(record: Any) -> Message:
     place = _pair(record, "105", "LAT", "LON")
     derived = record.get_item("380")
     address = None if derived is None else _address(derived.variation.get_item("ADR"))
-    height = _scaled(_number(record, "136"), FLIGHT_LEVEL_M)
-    return Message(62, _source(record), _number(record, "070"), place, height, address)
+    level = _number(record, "136")
+    return Message(62, _source(record), _number(record, "070"), place, None, level, address)
 
 
 TAKE: dict[int, Callable[[Any], Message]] = {21: _adsb, 34: _station, 48: _plot, 62: _track}

@@ -35,7 +35,6 @@ from probreg.sensors import BearingSensor, PositionSensor, Radar2D, Sensor
 from probreg.sensors.geometry import azimuth_from_north, cartesian_to_polar
 from probreg.typing import FloatArray, IntArray
 
-ORIGIN = (63.4389029083, 10.39908278, 39.923)
 TARGETS = ("1", "2")
 # robust spread of detections about the vessels' antennas, middle of the scenarios: the extent
 # of a hull is in it, which is more than the sensors' own errors
@@ -60,7 +59,7 @@ class Autoferry(RecordingFormat):
         if [sensor.name for sensor in setup.sensors] != names:
             raise InvalidInputError(f"{path}: the sensors of the setup must be {names}.")
         found = read(path.parent, int(path.name.removeprefix("scenario")))
-        return Reading(path, dataclasses.replace(found, sensors=setup.sensors), ())
+        return Reading(path, dataclasses.replace(found, sensors=setup.sensors), setup)
 
 
 def sensors() -> tuple[Sensor, ...]:
@@ -82,9 +81,8 @@ def setup() -> Setup:
         every,
         {s.name: () if s.name == GNSS else s.bias_names for s in every},
         acceleration_m_s2=0.5,
-        window_s=1.0,
         gate_m=30.0,
-        origin=ORIGIN,
+        targets="surface",
     )
 
 
@@ -113,7 +111,7 @@ def read(folder: str | Path, scenario: int) -> Recording:
     Recording
         In order of time (detections of some scenarios are not). Detections have no identity;
         those of GNSS have "1" and "2". Positions are metres east and north of the benchmark's
-        origin.
+        origin (63.4389029 N, 10.3990828 E), in its plane: azimuths count from its north.
 
     Raises
     ------

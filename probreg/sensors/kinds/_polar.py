@@ -11,7 +11,7 @@ from probreg.numerics.linalg import weighted_gram
 from probreg.sensors import geometry
 from probreg.sensors._kind import Kind
 from probreg.sensors._sensor import Equations, observe_position, relative
-from probreg.sensors.axes import PolarAxes
+from probreg.sensors.axes import PolarAxes, Site, polar_axes
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, refuse_degrees
 
@@ -40,6 +40,11 @@ class PolarSensor:
         return np.array([getattr(self, parameter) for parameter in self.kind.sigmas.values()])
 
     @property
+    def principal(self) -> tuple[FloatArray, None]:
+        """Accuracies of the components, whose errors are independent."""
+        return self.sigmas, None
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 100 m in range and 1 degree in the angles, as field radars are found."""
         return np.array([100.0, *np.full(self.dim - 1, np.deg2rad(1.0))])
@@ -60,8 +65,13 @@ class PolarSensor:
         polar[..., 1] = geometry.azimuth_from_north(reports[..., 1])
         return polar
 
+    @property
+    def _place(self) -> FloatArray:
+        """Its place in a frame of `dim` coordinates."""
+        return np.asarray(self.position[: self.dim])
+
     def _local(self, positions: FloatArray) -> FloatArray:
-        local = positions - np.asarray(self.position)
+        local = positions - self._place
         above = np.flatnonzero(np.hypot(local[..., 0], local[..., 1]) == 0.0)
         if above.size:
             raise InvalidInputError(
@@ -77,7 +87,7 @@ class PolarSensor:
         local = geometry.polar_to_cartesian(self._internal(reports))
         if unbiased:
             local = local * geometry.unbiased_factors(*self.sigmas[1:])
-        where = np.asarray(self.position) + local
+        where = self._place + local
         return where if own is None else where + own
 
     def to_report(self, positions: FloatArray, own: FloatArray | None = None) -> FloatArray:
@@ -85,9 +95,9 @@ class PolarSensor:
         local = self._local(relative(positions, own))
         return self._internal(geometry.cartesian_to_polar(local))
 
-    def axes(self) -> PolarAxes:
-        """Its own axes, from its position in a frame of `dim` coordinates."""
-        return PolarAxes(np.asarray(self.position), self.bias_names, None, self.from_north)
+    def axes(self, site: Site) -> PolarAxes:
+        """Its own level, north and refraction, wherever it stands."""
+        return polar_axes(self.position, self.bias_names, self.from_north, site)
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

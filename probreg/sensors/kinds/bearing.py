@@ -11,7 +11,7 @@ from probreg.errors import InvalidInputError
 from probreg.sensors import geometry
 from probreg.sensors._kind import Kind
 from probreg.sensors._sensor import Equations
-from probreg.sensors.axes import PolarAxes
+from probreg.sensors.axes import PolarAxes, Site
 from probreg.sensors.azimuths import counter_clockwise, sense
 from probreg.typing import FloatArray
 from probreg.validation import angle_sigma, finite_array, refuse_degrees
@@ -60,6 +60,11 @@ class BearingSensor:
         return np.array([self.sigma_bearing])
 
     @property
+    def principal(self) -> tuple[FloatArray, None]:
+        """Accuracies of the components, whose errors are independent."""
+        return self.sigmas, None
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 1 degree."""
         return np.array([np.deg2rad(1.0)])
@@ -93,9 +98,9 @@ class BearingSensor:
         azimuth = np.arctan2(local[..., 1:], local[..., :1])
         return geometry.azimuth_from_north(azimuth) if self.from_north else azimuth
 
-    def axes(self) -> PolarAxes:
+    def axes(self, site: Site) -> PolarAxes:
         """Its azimuth, from the platform that carries it."""
-        return PolarAxes(np.zeros(self.dim), ("azimuth",), None, self.from_north)
+        return PolarAxes(np.zeros(site.dim), ("azimuth",), None, self.from_north)
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.sensors._kind import Kind
 from probreg.sensors._sensor import Equations, observe_position, relative
-from probreg.sensors.axes import PositionAxes
+from probreg.sensors.axes import GeodeticAxes, PositionAxes, Site
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_definite
 
@@ -99,13 +99,29 @@ class PositionSensor:
         return self.sigmas.tolist()
 
     @property
+    def principal(self) -> tuple[FloatArray, FloatArray | None]:
+        """Accuracies along the principal axes of the errors, and the rotation into these."""
+        C = np.asarray(self.noise_covariance)
+        if np.array_equal(C, np.diag(np.diag(C))):
+            return self.sigmas, None
+        variance, vectors = np.linalg.eigh(C)
+        return np.sqrt(variance), vectors.T
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 100 m along each axis."""
         return np.full(self.dim, 100.0)
 
     def check(self, reports: FloatArray) -> FloatArray:
-        """Check reports (n, d) for shape and non-finite values."""
-        return finite_array(f"reports of sensor {self.name!r}", reports, (None, self.dim))
+        """Check reports (n, d) for shape and non-finite values; a height may be missing."""
+        label = f"reports of sensor {self.name!r}"
+        given = np.asarray(reports, dtype=float)
+        if given.ndim == 2 and given.shape[1] == self.dim == 3:
+            missing = np.isnan(given[:, 2:])
+            finite_array(label, np.where(missing, 0.0, given[:, 2:]), (None, 1))
+            finite_array(label, given[:, :2], (None, 2))
+            return given
+        return finite_array(label, reports, (None, self.dim))
 
     def to_cartesian(
         self, reports: FloatArray, own: FloatArray | None = None, *, unbiased: bool = True
@@ -118,9 +134,16 @@ class PositionSensor:
         """Return the positions, as seen from the platform."""
         return relative(np.asarray(positions, dtype=float), own)
 
-    def axes(self) -> PositionAxes:
-        """The coordinates of the common frame."""
-        return PositionAxes(self.dim)
+    def axes(self, site: Site) -> PositionAxes | GeodeticAxes:
+        """The coordinates of the common frame, or latitude, longitude and height."""
+        if not site.geodetic:
+            return PositionAxes(site.dim, self.dim)
+        if site.frame is None:
+            raise InvalidInputError(
+                f"sensor {self.name!r} reports in latitude and longitude: the frame needs an "
+                "origin."
+            )
+        return GeodeticAxes(site.frame.origin, site.dim, self.dim)
 
     def observe(
         self, reports: FloatArray, at: FloatArray | None = None, own: FloatArray | None = None

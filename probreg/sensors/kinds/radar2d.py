@@ -17,7 +17,7 @@ class Radar2D(PolarSensor):
     Parameters
     ----------
     position : tuple of float
-        (x, y) in the common frame, metres.
+        (x, y), or (x, y, z) where its height is known, in the common frame, metres.
     sigma_range : float
         Standard deviation of range, metres.
     sigma_azimuth : float
@@ -34,7 +34,7 @@ class Radar2D(PolarSensor):
         Sigmas that are not positive or look like degrees; a position of the wrong length.
     """
 
-    position: tuple[float, float]
+    position: tuple[float, ...]
     sigma_range: float
     sigma_azimuth: float
     name: str = "radar"

@@ -26,7 +26,7 @@ class Tracker2D(PolarSensor):
     Parameters
     ----------
     position : tuple of float
-        (x, y) in the common frame, metres.
+        (x, y), or (x, y, z) where its height is known, in the common frame, metres.
     sigma : float
         Standard deviation of an estimated position along each axis, metres.
     name : str
@@ -44,7 +44,7 @@ class Tracker2D(PolarSensor):
     Tian and Huang, J. Electronics & Information Technology 40(3), 2018, equations (2), (3).
     """
 
-    position: tuple[float, float]
+    position: tuple[float, ...]
     sigma: float
     name: str = "tracker"
     from_north: bool = False

@@ -41,7 +41,8 @@ def remove_terms(terms: Sequence[Term], theta: FloatArray, reports: FloatArray) 
     corrected, size = reports, np.maximum(np.abs(reports), 1.0)
     for _ in range(_PASSES):
         before, corrected = corrected, reports - displacement(terms, theta, corrected)
-        if np.all(np.abs(corrected - before) <= _ROUNDING * size):
+        # components that are missing stay so
+        if not (np.abs(corrected - before) > _ROUNDING * size).any():
             return corrected
     names = ", ".join(f"{t.owner}.{t.name} {c:.3g}" for t, c in zip(terms, theta, strict=True))
     raise InvalidInputError(

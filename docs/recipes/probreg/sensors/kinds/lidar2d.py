@@ -42,6 +42,11 @@ class Lidar2D(PolarSensor):
         return np.array([self.sigma_range, self.sigma_azimuth])
 
     @property
+    def principal(self) -> tuple[FloatArray, None]:
+        """Accuracies of the components, whose errors are independent."""
+        return self.sigmas, None
+
+    @property
     def bias_sd(self) -> FloatArray:
         """Default prior: 10 cm and half a degree of mounting error."""
         return np.array([0.1, np.deg2rad(0.5)])

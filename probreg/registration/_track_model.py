@@ -1,0 +1,74 @@
+"""The track model of a recording under a noise law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from probreg.errors import InvalidInputError
+from probreg.noise import NoiseLaw, ScaleMixture
+from probreg.posterior.tracks import TrackModel
+from probreg.prior import GaussianPrior
+from probreg.problems.recording import RecordingProblem
+from probreg.problems.recording.first_guess import first_guess
+from probreg.recordings import TARGET_HEIGHT_M
+from probreg.registration._laws import LawChoice
+
+WRONG_SHARE = 0.05  # of reports that are of another target, expected; ten reports outweigh it
+START_M, CLIMB_M_S = 100_000.0, 50.0  # about where a target is first seen
+
+
+def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
+    """Reports of tracks with the setup's priors, every sensor's noise under a law.
+
+    Raises
+    ------
+    InvalidInputError
+        A law that is no sum of Gaussians over whole reports; a target that nothing places.
+    """
+    setup, reports = problem.setup, problem.reports
+    laws, unknown = _of_sensors(choice, len(reports.models))
+    mean, sd = setup.target_height or TARGET_HEIGHT_M
+    return TrackModel(
+        reports,
+        GaussianPrior.from_sd(problem.prior_sd),
+        laws,
+        unknown,
+        acceleration=setup.acceleration_m_s2**2,
+        wrong_share=WRONG_SHARE if len(problem.owner) > 1 else 0.0,
+        area_m2=problem.area_m2,
+        start_sd=(START_M, sd, setup.max_speed_m_s, CLIMB_M_S),
+        constant_sd=tuple(setup.target_terms.values()),
+        guess=first_guess(reports, mean),
+    )
+
+
+def under(model: TrackModel, choice: LawChoice) -> TrackModel:
+    """The same reports and priors under another law."""
+    laws, unknown = _of_sensors(choice, len(model.reports.models))
+    return replace(model, laws=laws, unknown=unknown)
+
+
+def _of_sensors(
+    choice: LawChoice, sensors: int
+) -> tuple[tuple[ScaleMixture, ...], tuple[frozenset[str], ...]]:
+    law = require_mixture(choice.law)
+    unknown = frozenset(parameter.name for parameter in choice.unknown)
+    return (law,) * sensors, (unknown,) * sensors
+
+
+def require_mixture(law: NoiseLaw) -> ScaleMixture:
+    """Refuse laws that tracks cannot take.
+
+    Raises
+    ------
+    InvalidInputError
+        With the laws to take instead.
+    """
+    fine = isinstance(law, ScaleMixture) and law.scale_mixture and not law.componentwise
+    if not fine:
+        raise InvalidInputError(
+            f"the law {type(law).__name__} is no sum of Gaussians over whole reports, which tracks "
+            "need; take Contaminated, StudentT, Hyperbolic or Gaussian."
+        )
+    assert isinstance(law, ScaleMixture)
+    return law

@@ -1,0 +1,50 @@
+"""Heights by pressure that targets report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from probreg.sensors._kind import Kind
+from probreg.sensors.heights import FOOT_M
+from probreg.sensors.kinds._height import HeightSensor
+from probreg.typing import FloatArray
+
+
+@dataclass(frozen=True)
+class Barometer(HeightSensor):
+    """Heights by pressure: off by the weather, by an offset and a share of the height.
+
+    Both are common to a recording, and estimated unless the setup says otherwise.
+
+    Parameters
+    ----------
+    sigma_height : float
+        Standard deviation of a height beside offset and share, metres.
+    name : str
+        Prefix of its bias names, "name.height" and "name.height_gain".
+
+    Raises
+    ------
+    InvalidInputError
+        A sigma that is not positive.
+    """
+
+    sigma_height: float
+    name: str = "barometer"
+
+    kind: ClassVar[Kind] = Kind(
+        "barometer",
+        ("pressure_altitude_m",),
+        {"sigma_height_m": "sigma_height"},
+        others={"flight_level": 100.0 * FOOT_M},
+        beside=10.0,
+        terms=("height", "height_gain"),
+    )
+
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Default prior: 60 m, from one day's weather to another's."""
+        return np.array([60.0])
