@@ -41,7 +41,7 @@ def test_standard_deviations_are_those_of_an_oracle(outliers):
     recording, setup, truth = draw(1, outlier_share=outliers)
     model, _ = model_of(recording, setup)
     fit = fit_tracks(model)
-    ratio = fit.sd / oracle_sd(model, truth, fit.point.q)
+    ratio = fit.sd / oracle_sd(model, truth, fit.point.density)
     assert ratio.max() < 1.02
     assert ratio.min() > 0.95
     assert np.abs(errors(fit, truth)).max() < LIMIT
@@ -50,7 +50,7 @@ def test_standard_deviations_are_those_of_an_oracle(outliers):
 
 def test_reports_under_a_wrong_name_are_given_back_and_cost_nothing(mixed):
     recording, truth, model, fit = mixed
-    ratio = fit.sd / oracle_sd(model, truth, fit.point.q)
+    ratio = fit.sd / oracle_sd(model, truth, fit.point.density)
     assert ratio.min() > 0.95
     assert ratio.max() < 1.02
     assert np.abs(errors(fit, truth)).max() < LIMIT
@@ -107,7 +107,7 @@ def test_an_acceleration_that_the_setup_has_wrong_costs_nothing(mixed, factor):
     _, truth, model, fit = mixed
     other = fit_tracks(replace(model, acceleration=factor))
     np.testing.assert_allclose(other.point.q, fit.point.q, rtol=0.05)
-    assert (other.sd / oracle_sd(model, truth, fit.point.q)).max() < 1.02
+    assert (other.sd / oracle_sd(model, truth, fit.point.density)).max() < 1.02
 
 
 def formation(seed, gap):

@@ -49,14 +49,20 @@ def model_of(recording, setup, law=None, **options):
 
 
 def oracle(model, truth, q, outlier_factor=10.0):
-    """The posterior of one who knows identities, noise, and where the targets are."""
+    """The posterior of one who knows identities, noise, and where the targets are.
+
+    `q` is the density of all accelerations or, as a fit has it, of each target's.
+    """
     known = replace(model.reports, target=truth.target)
     model = replace(model, reports=known, guess=None)
     at = PathPoints(truth.time, truth.positions[:, : known.dim], np.zeros((len(known), known.dim)))
     tangent = known.linearise(np.array(list(truth.bias.values())), at)
     weights = np.where(truth.outlier, outlier_factor**-2.0, 1.0)[tangent.rows]
-    none = np.zeros(len(model.laws))
-    return solve(model, Point(tangent, weights, q, model.laws, none, np.zeros(0)))
+    none, K = np.zeros(len(model.laws)), known.num_targets
+    density = np.full(K, np.min(q))  # targets that no report names move as most do
+    if np.ndim(q):
+        density[: len(q)] = q[:K]
+    return solve(model, Point(tangent, weights, 1.0, model.laws, none, np.zeros(0), density))
 
 
 def oracle_sd(model, truth, q, outlier_factor=10.0):

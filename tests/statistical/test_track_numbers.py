@@ -21,7 +21,7 @@ def recording_of(seed, wrong, outliers):
     recording, setup, truth = draw(seed, wrong_share=wrong, outlier_share=outliers)
     model, names = model_of(recording, setup, wrong_share=0.05 if wrong else 0.0)
     fit = fit_tracks(model)
-    known = oracle(model, truth, fit.point.q)
+    known = oracle(model, truth, fit.point.density)
     bound = np.sqrt(np.diag(known.covariance))
     error = (fit.theta - np.array([truth.bias[name] for name in names])) / bound
     named_wrong = recording.target != truth.target

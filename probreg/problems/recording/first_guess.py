@@ -5,20 +5,32 @@ from __future__ import annotations
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.problems.recording._meeting import meeting_path
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.typing import FloatArray
 
 
-def first_guess(reports: TrackReports, height_m: float = 8_000.0) -> PathPoints:
+def first_guess(
+    reports: TrackReports, height_m: float = 8_000.0, *, strict: bool = True
+) -> PathPoints:
     """Each report where it places its target, others where the nearest in time does.
 
     Heights of reports without any are those reported nearest in time of the target, else
-    `height_m`. A guess to start from: velocities are zero.
+    `height_m`. Targets that no report places are where their lines of sight meet. A guess to
+    start from: velocities are zero.
+
+    Parameters
+    ----------
+    reports : TrackReports
+    height_m : float
+    strict : bool
+        Whether a target that reports do not place at all is an error; else its positions are
+        NaN.
 
     Raises
     ------
     InvalidInputError
-        A target that no report places.
+        A target that no report places, and whose lines of sight do not meet.
     """
     n, d = len(reports), reports.dim
     height = np.full(n, np.nan)
@@ -37,12 +49,30 @@ def first_guess(reports: TrackReports, height_m: float = 8_000.0) -> PathPoints:
         position += reports.own
     position[np.isnan(position).any(axis=1)] = np.nan
     placed = _nearest(reports, position)
-    lost = np.flatnonzero(np.isnan(placed).any(axis=1))
-    if lost.size:
+    _meet(reports, placed, height)
+    lost = np.unique(reports.target[np.isnan(placed).any(axis=1)])
+    if lost.size and strict:
         raise InvalidInputError(
-            f"no report places target {reports.target[lost[0]]}; give a first guess of its path."
+            f"no report places target {lost[0]} ({lost.size} in all), and its lines of sight do "
+            "not meet; leave it out or give a first guess of its path."
         )
     return PathPoints(reports.time, placed, np.zeros((n, d)))
+
+
+def _meet(reports: TrackReports, placed: FloatArray, height: FloatArray) -> None:
+    """Place targets that are nowhere yet where their lines of sight meet, if they do."""
+    nowhere = np.isnan(placed).any(axis=1)
+    if not nowhere.any():
+        return
+    centre = np.zeros(reports.dim)
+    if not nowhere.all():
+        centre = np.median(placed[~nowhere], axis=0)
+    for k in np.unique(reports.target[nowhere]):
+        own = np.flatnonzero(reports.target == k)
+        centre[2:] = np.median(height[own])
+        found = meeting_path(reports.take(own), centre)
+        if found is not None:
+            placed[own] = found
 
 
 def _nearest(reports: TrackReports, given: FloatArray) -> FloatArray:

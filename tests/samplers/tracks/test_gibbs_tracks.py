@@ -116,7 +116,7 @@ def traffic():
 
 
 def test_the_mode_agrees_with_chains_under_contaminated_noise(traffic):
-    checked = check_mode(traffic[3], np.random.default_rng(3), 100)
+    checked = check_mode(traffic[3], np.random.default_rng(3), 200)
     assert checked.agrees
     np.testing.assert_allclose(checked.sd_ratio, 1.0, atol=0.03)
     np.testing.assert_allclose(checked.shift, 0.0, atol=0.05)
