@@ -19,6 +19,9 @@ GUESSES = (
 )
 
 
+ENDINGS = {"m": "_m", "s": "_s", "rad": "_deg"}  # of keys of sensors.toml
+
+
 class Wording(NamedTuple):
     """How a bias is spoken of: what is wrong, and how when it is above or below zero."""
 
@@ -36,6 +39,8 @@ WORDS: Mapping[str, Wording] = {
     "x": Wording("position", "too far east", "too far west"),
     "y": Wording("position", "too far north", "too far south"),
     "z": Wording("height", "too high", "too low"),
+    "height": Wording("height", "too high", "too low"),
+    "height_gain": Wording("height, in proportion to it,", "too high", "too low"),
     "time": Wording("clock", "ahead", "behind"),
     "heading": Wording("heading", "too large", "too small"),
 }
@@ -124,7 +129,21 @@ def _missing(registration: Registration) -> list[str]:
         f"{one.chi2:.0f}): it would be {_amount(one.unit, one.value, one.sd)}. "
         f"{_remedy(registration, one.name)}"
         for one in registration.missing
+    ] + [
+        f"Targets have {wording(one.name).what} errors of their own (z {one.z:.0f}), about "
+        f"{_size(one.unit, one.sd)} from one to another, that sensors.toml does not allow for. Add "
+        f"target_terms = {{{one.name}{ENDINGS[one.unit]} = {_plain(one.unit, one.sd)}}} to it."
+        for one in registration.own_errors
     ]
+
+
+def _size(unit: str, sd: float) -> str:
+    """A standard deviation in engineers' units, two digits."""
+    return f"{_plain(unit, sd)} {SHOWN[unit].symbol}"
+
+
+def _plain(unit: str, sd: float) -> str:
+    return f"{float(f'{SHOWN[unit].factor * sd:.2g}'):g}"
 
 
 def _amount(unit: str, value: float, sd: float) -> str:
@@ -146,6 +165,7 @@ def _model(registration: Registration) -> list[str]:
     """Evidence against the assumed biases, noise or independence."""
     said = []
     scored, ratio = registration.held_out, registration.cluster_ratio
+    asked = bool(registration.missing or registration.own_errors)
     if scored is not None and scored.verdict == "worse":
         said.append(
             "Held-out targets are predicted worse after correction than before: the biases of "
@@ -156,7 +176,7 @@ def _model(registration: Registration) -> list[str]:
         said.append(
             "Errors of one target's reports are correlated: intervals are about "
             f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
-            + (GUESSES if not registration.missing else "The missing terms may be why.")
+            + ("What is missing may be why." if asked else GUESSES)
         )
     # reports scatter more where a term is missing: accuracies would only hide it
     return said if registration.missing else said + _noise(registration)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.posterior.tracks import TrackFit, fit_tracks, score_missing
+from probreg.posterior.tracks import TrackFit, fit_tracks, score_missing, score_spread
 from probreg.problems.recording import RecordingProblem, recording_problem
+from probreg.problems.recording.models import target_term
 from probreg.recordings import Setup
 from probreg.registration._identities import of_some
 from probreg.registration._laws import LawChoice
@@ -21,6 +22,8 @@ MOST_REPORTS = 20_000  # enough to see what matters
 LEAST_CHI2 = 30.0  # sound recordings stay below 10 or so, wrong ones come in hundreds
 LEAST_SDS = 4.0  # of a term that is fitted
 MOST_TERMS = 4
+OWN_TERMS = ("range", "time", "height")  # a transponder's delay, a late position, a height
+LEAST_Z = 10.0  # of an error of targets; sound recordings stay below 4
 
 
 class MissingTerm(NamedTuple):
@@ -45,10 +48,36 @@ class MissingTerm(NamedTuple):
     sd: float
 
 
-def missing_terms(
-    problem: RecordingProblem, choice: LawChoice, fit: TrackFit
-) -> tuple[MissingTerm, ...]:
-    """Name the strongest missing term, fit again with it, and so on until none is left.
+class OwnError(NamedTuple):
+    """An error that targets have of their own and the setup does not allow for.
+
+    Attributes
+    ----------
+    name : str
+        Of the term: "range" as by the delay of a transponder, "time" as by a late position.
+    unit : str
+        SI.
+    z : float
+        Of the score test of its variance, one-sided.
+    sd : float
+        About how large it is from one target to another.
+    """
+
+    name: str
+    unit: str
+    z: float
+    sd: float
+
+
+class Missing(NamedTuple):
+    """What the setup leaves out."""
+
+    terms: tuple[MissingTerm, ...]
+    own: tuple[OwnError, ...]
+
+
+def find_missing(problem: RecordingProblem, choice: LawChoice, fit: TrackFit) -> Missing:
+    """Name the strongest missing term, fit again with it, and so on; then errors of targets.
 
     Parameters
     ----------
@@ -77,7 +106,29 @@ def missing_terms(
         if abs(value) < LEAST_SDS * sd:
             break  # what looked like it is something else
         found.append(MissingTerm(name, term.unit, chi2, value, sd))
-    return tuple(found)
+    return Missing(tuple(found), own_errors(current, at))
+
+
+def own_errors(problem: RecordingProblem, fit: TrackFit) -> tuple[OwnError, ...]:
+    """Errors that stay with targets, by score tests of their variances."""
+    named = []
+    for name in OWN_TERMS:
+        terms = {
+            m: term
+            for m, (own, _) in enumerate(problem.kinds)
+            for term in [target_term(problem.setup.sensors[own], name)]
+            if term is not None
+        }
+        if terms and name not in problem.constants:
+            named.append((name, terms))
+    if not named:
+        return ()
+    found = score_spread(fit, [terms for _, terms in named])
+    return tuple(
+        OwnError(name, next(iter(terms.values())).unit, float(z), float(sd))
+        for (name, terms), z, sd in zip(named, found.z, found.sd, strict=True)
+        if z > LEAST_Z
+    )
 
 
 def _strongest(problem: RecordingProblem, fit: TrackFit) -> tuple[tuple[str, Term], float] | None:

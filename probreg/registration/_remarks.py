@@ -42,6 +42,7 @@ def remarks(
     return (
         *at_once(given),
         *linked,
+        *unplaced(problem),
         *wrong_identities(problem, fit),
         *fast(problem, fit),
         *stamps(given),
@@ -82,6 +83,20 @@ def far(names: Sequence[str], mean: FloatArray, prior_sd: FloatArray) -> list[st
         "place of the sensor and the units, or enlarge its prior_sd."
         for k in np.flatnonzero(size > FAR_SIGMAS).tolist()
     ]
+
+
+def unplaced(problem: RecordingProblem) -> list[str]:
+    """How many reports say nothing, as nothing places their target."""
+    lone = int((problem.reports.counts == 1).sum())
+    said = []
+    if problem.unplaced:
+        said.append(
+            f"{problem.unplaced} reports are of targets that nothing places (bearings that do not "
+            "meet); they were left out."
+        )
+    if lone:
+        said.append(f"{lone} targets have one report only, which says nothing of the biases.")
+    return said
 
 
 def wrong_identities(problem: RecordingProblem, fit: TrackFit) -> list[str]:

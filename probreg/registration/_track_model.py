@@ -11,7 +11,6 @@ from probreg.noise import Contaminated, NoiseLaw, ScaleMixture
 from probreg.posterior.tracks import TrackModel
 from probreg.prior import GaussianPrior
 from probreg.problems.recording import RecordingProblem
-from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.track_reports import TrackReports
 from probreg.recordings import TARGET_HEIGHT_M
 from probreg.registration._laws import LawChoice
@@ -31,7 +30,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
     """
     setup, reports = problem.setup, problem.reports
     laws, unknown = _of_sensors(choice, reports)
-    mean, sd = setup.target_height or TARGET_HEIGHT_M
+    _, sd = setup.target_height or TARGET_HEIGHT_M
     return TrackModel(
         reports,
         GaussianPrior.from_sd(problem.prior_sd),
@@ -42,7 +41,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
         area_m2=problem.area_m2,
         start_sd=(START_M, sd, setup.max_speed_m_s, CLIMB_M_S),
         constant_sd=tuple(problem.constants.values()),
-        guess=first_guess(reports, mean),
+        guess=problem.guess,
     )
 
 

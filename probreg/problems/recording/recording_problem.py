@@ -10,20 +10,19 @@ import numpy as np
 from probreg.association import segments
 from probreg.association.segments import GAP_S
 from probreg.errors import InvalidInputError
-from probreg.problems.recording.sensor_model import SensorModel
-from probreg.problems.recording.track_reports import TrackReports
+from probreg.problems.recording.first_guess import first_guess
+from probreg.problems.recording.models import Models, companions, models_of
+from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.recordings import (
+    TARGET_HEIGHT_M,
     BiasModel,
     Recording,
     Setup,
     bias_model,
-    observing_axes,
     places,
     turns,
 )
-from probreg.sensors import Sensor
-from probreg.sensors.axes import EARTH_RADIUS_M, Axes
-from probreg.sensors.terms import Term, known_terms
+from probreg.sensors.axes import EARTH_RADIUS_M
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 MARGIN_M = 20_000.0  # about the places of reports, within which one of another target may lie
@@ -48,6 +47,10 @@ class RecordingProblem:
         Of each sensor model, its sensor, and the one whose reports it comes with.
     constants : dict of str to float
         Terms of which each target has one of its own, with their expected spread, SI units.
+    guess : PathPoints
+        Where reports place the targets.
+    unplaced : int
+        Reports that are left out, as nothing places their target.
     """
 
     recording: Recording
@@ -58,6 +61,8 @@ class RecordingProblem:
     owner: IntArray
     kinds: tuple[tuple[int, int], ...]
     constants: dict[str, float]
+    guess: PathPoints
+    unplaced: int
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -101,40 +106,62 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
     _require_same_sensors(recording, setup)
     require_common(recording)
     model = bias_model(setup)
-    beside = _beside(recording)
+    beside = companions(recording)
     track, owner = segments(recording.target, recording.time, recording.beside)
     _require_common_track(recording, track, beside)
     rows = np.flatnonzero(track >= 0)
-    pairs, which = np.unique(
-        np.stack([recording.sensor[rows], recording.sensor[beside[rows]]], axis=1),
-        axis=0,
-        return_inverse=True,
-    )
-    constants = _constants(setup, pairs[:, 0])
-    axes = observing_axes(setup)
-    models = tuple(
-        _sensor_model(setup, (model, tuple(constants)), axes, s, along)
-        for s, along in pairs.tolist()
-    )
+    seen = models_of(recording, setup, model, rows)
+    reports = _reports(recording, setup, seen, (rows, track[rows]), len(model.names))
+    guess, placed = _placed(reports, setup)
+    if not placed.all():
+        tracks, target = np.unique(reports.target[placed], return_inverse=True)
+        keep = np.flatnonzero(placed)
+        reports, rows, owner = reports.take(keep, target), rows[keep], owner[tracks]
+        guess = PathPoints(*(part[keep] for part in guess))
+    lost = int((~placed).sum())
+    known = seen.kinds, seen.constants, guess, lost
+    return RecordingProblem(recording, setup, model, reports, rows, owner, *known)
+
+
+def _reports(
+    recording: Recording,
+    setup: Setup,
+    seen: Models,
+    which: tuple[IntArray, IntArray],
+    num_biases: int,
+) -> TrackReports:
+    """Reports `which` of a recording, and of which track each is."""
+    rows, track = which
     number = np.full(len(recording), -1)
     number[rows] = np.arange(len(rows))
-    own = recording.own_position
-    reports = TrackReports(
-        models,
-        which.reshape(-1),
-        track[rows],
+    own, beside = recording.own_position, recording.beside
+    return TrackReports(
+        seen.models,
+        seen.which,
+        track,
         recording.time[rows],
-        recording.values[rows][:, : max(len(m.sigmas) for m in models)],
-        len(model.names),
+        recording.values[rows][:, : max(len(m.sigmas) for m in seen.models)],
+        num_biases,
         setup.dim,
-        len(constants),
+        len(seen.constants),
         EARTH_RADIUS_M if setup.dim == 3 and setup.origin is not None else np.inf,
         None if own is None else own[rows],
         turns(recording, setup, rows) if setup.body_frame else None,
-        None if recording.beside is None else number[beside[rows]],
+        None if beside is None else number[beside[rows]],
     )
-    kinds = tuple((int(s), int(along)) for s, along in pairs)
-    return RecordingProblem(recording, setup, model, reports, rows, owner, kinds, constants)
+
+
+def _placed(reports: TrackReports, setup: Setup) -> tuple[PathPoints, BoolArray]:
+    """A first guess of every path, and which reports are of targets that have one."""
+    mean, _ = setup.target_height or TARGET_HEIGHT_M
+    guess = first_guess(reports, mean, strict=False)
+    placed = np.asarray(np.isfinite(guess.position).all(axis=1))
+    if not placed.any():
+        raise InvalidInputError(
+            "no report places its target, and no lines of sight meet: add a sensor that measures "
+            "range or position, or bearings from other places."
+        )
+    return guess, placed
 
 
 def _require_same_sensors(recording: Recording, setup: Setup) -> None:
@@ -147,57 +174,6 @@ def _require_same_sensors(recording: Recording, setup: Setup) -> None:
         )
 
 
-def _constants(setup: Setup, seen: IntArray) -> dict[str, float]:
-    """Terms of single targets: those of the setup, and those of the kinds that are seen."""
-    usual: dict[str, float] = {}
-    for k in np.unique(seen).tolist():
-        usual |= setup.sensors[k].kind.constants
-    return {**usual, **setup.target_terms}
-
-
-def _beside(recording: Recording) -> IntArray:
-    return np.arange(len(recording)) if recording.beside is None else recording.beside
-
-
-def _sensor_model(
-    setup: Setup,
-    unknown: tuple[BiasModel, tuple[str, ...]],
-    axes: tuple[Axes, ...],
-    s: int,
-    along: int,
-) -> SensorModel:
-    """Sensor s whose reports come with those of another, by whose clock they are stamped."""
-    sensor, (model, constants) = setup.sensors[s], unknown
-    terms = list(zip(model.columns[s].tolist(), model.terms[s], strict=True))
-    if s != along:
-        clocks = zip(model.columns[along].tolist(), model.terms[along], strict=True)
-        known = known_terms(sensor)
-        terms += [(c, known[term.name]) for c, term in clocks if term.stamp]
-    own = [
-        (k, term)
-        for k, name in enumerate(constants)
-        for term in [target_term(sensor, name)]
-        if term is not None and (name in setup.target_terms or name in sensor.kind.constants)
-    ]
-    metric = tuple(
-        sensor.kind.sigma_key(j).endswith("_m") and unit == "rad"
-        for j, unit in enumerate(sensor.bias_units)
-    )
-    sigmas, mixing = sensor.principal
-    return SensorModel(
-        axes[s], sigmas, tuple(terms), tuple(own), sensor.azimuth_column, metric, mixing
-    )
-
-
-def target_term(sensor: Sensor, name: str) -> Term | None:
-    """The term of that name where an error of it may belong to targets; None where not.
-
-    A late stamp is a target's own only where the target reports its position itself.
-    """
-    term = known_terms(sensor).get(name)
-    return None if term is None or (term.stamp and not sensor.cartesian) else term
-
-
 def require_common(recording: Recording) -> None:
     """Refuse recordings that tell no bias.
 
@@ -206,7 +182,7 @@ def require_common(recording: Recording) -> None:
     InvalidInputError
         One sensor only; no target of two sensors.
     """
-    sensor = recording.sensor[_beside(recording)]
+    sensor = recording.sensor[companions(recording)]
     seen = [recording.sensors[k].name for k in np.unique(sensor)]
     if len(seen) < 2:
         raise InvalidInputError(
