@@ -74,7 +74,6 @@ def write_json(path: Path, registration: Registration, terms: Sequence[RankedTer
         "noise": noise(registration),
         "laws": [law._asdict() for law in registration.laws],
         "missing_terms": [term._asdict() for term in registration.missing],
-        "own_errors": [one._asdict() for one in registration.own_errors],
         "bias_models": [one._asdict() for one in terms],
         "hidden": registration.determined.hidden,
         "weak": registration.determined.weak,

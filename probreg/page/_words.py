@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.page._units import SHOWN, decimals, number, percent
-from probreg.registration import Registration
+from probreg.registration import MissingTerm, Registration
 
 LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
 TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
@@ -125,16 +125,27 @@ def _left_out(registration: Registration) -> list[str]:
 def _missing(registration: Registration) -> list[str]:
     """Terms that the setup leaves out, with what to write into it."""
     return [
+        _own_error(one) if one.of_targets else _missing_bias(registration, one)
+        for one in registration.missing
+    ]
+
+
+def _missing_bias(registration: Registration, one: MissingTerm) -> str:
+    return (
         f"The recording asks for {one.name}, which sensors.toml leaves out (chi-square "
         f"{one.chi2:.0f}): it would be {_amount(one.unit, one.value, one.sd)}. "
         f"{_remedy(registration, one.name)}"
-        for one in registration.missing
-    ] + [
-        f"Targets have {wording(one.name).what} errors of their own (z {one.z:.0f}), about "
-        f"{_size(one.unit, one.sd)} from one to another, that sensors.toml does not allow for. Add "
-        f"target_terms = {{{one.name}{ENDINGS[one.unit]} = {_plain(one.unit, one.sd)}}} to it."
-        for one in registration.own_errors
-    ]
+    )
+
+
+def _own_error(one: MissingTerm) -> str:
+    term = one.name.split(".", 1)[1]
+    key = f"{term}{ENDINGS[one.unit]} = {_plain(one.unit, one.value)}"
+    return (
+        f"Targets have {wording(term).what} errors of their own (z {np.sqrt(one.chi2):.0f}), about "
+        f"{_size(one.unit, one.value)} from one to another, that sensors.toml does not allow for. "
+        f"Add target_terms = {{{key}}} to it."
+    )
 
 
 def _size(unit: str, sd: float) -> str:
@@ -165,7 +176,6 @@ def _model(registration: Registration) -> list[str]:
     """Evidence against the assumed biases, noise or independence."""
     said = []
     scored, ratio = registration.held_out, registration.cluster_ratio
-    asked = bool(registration.missing or registration.own_errors)
     if scored is not None and scored.verdict == "worse":
         said.append(
             "Held-out targets are predicted worse after correction than before: the biases of "
@@ -176,7 +186,7 @@ def _model(registration: Registration) -> list[str]:
         said.append(
             "Errors of one target's reports are correlated: intervals are about "
             f"{ratio[worst]:.1f} times too narrow ({registration.names[worst]} the most). "
-            + ("What is missing may be why." if asked else GUESSES)
+            + ("What is missing may be why." if registration.missing else GUESSES)
         )
     # reports scatter more where a term is missing: accuracies would only hide it
     return said if registration.missing else said + _noise(registration)

@@ -4,7 +4,7 @@ from probreg.registration._choice import RankedLaw
 from probreg.registration._further import further_terms
 from probreg.registration._held_out import HeldOut
 from probreg.registration._laws import LAWS, LawChoice, known_laws
-from probreg.registration._missing import MissingTerm, OwnError
+from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
 from probreg.registration._registration import Registration, Verdict
 from probreg.registration._run import STEPS, register
@@ -19,7 +19,6 @@ __all__ = [
     "HeldOut",
     "LawChoice",
     "MissingTerm",
-    "OwnError",
     "RankedLaw",
     "RankedTerms",
     "Registration",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -20,10 +21,11 @@ from probreg.sensors.terms import Term, known_terms
 
 MOST_REPORTS = 20_000  # enough to see what matters
 LEAST_CHI2 = 30.0  # sound recordings stay below 10 or so, wrong ones come in hundreds
+LEAST_Z = 10.0  # of an error of targets; sound recordings stay below 4
 LEAST_SDS = 4.0  # of a term that is fitted
 MOST_TERMS = 4
 OWN_TERMS = ("range", "time", "height")  # a transponder's delay, a late position, a height
-LEAST_Z = 10.0  # of an error of targets; sound recordings stay below 4
+TARGETS = "targets"
 
 
 class MissingTerm(NamedTuple):
@@ -32,13 +34,14 @@ class MissingTerm(NamedTuple):
     Attributes
     ----------
     name : str
-        "sensor.term".
+        "sensor.term"; "targets.term" of an error that every target has one of its own of.
     unit : str
         SI.
     chi2 : float
-        Of the score test; one degree of freedom.
+        Of the score test; one degree of freedom. The square of z for errors of targets.
     value, sd : float
-        What it would be, by the fit with it.
+        What it would be, by the fit with it; the spread over targets for errors of their own,
+        whose sd is not known (NaN).
     """
 
     name: str
@@ -47,37 +50,32 @@ class MissingTerm(NamedTuple):
     value: float
     sd: float
 
-
-class OwnError(NamedTuple):
-    """An error that targets have of their own and the setup does not allow for.
-
-    Attributes
-    ----------
-    name : str
-        Of the term: "range" as by the delay of a transponder, "time" as by a late position.
-    unit : str
-        SI.
-    z : float
-        Of the score test of its variance, one-sided.
-    sd : float
-        About how large it is from one target to another.
-    """
-
-    name: str
-    unit: str
-    z: float
-    sd: float
+    @property
+    def of_targets(self) -> bool:
+        """Whether every target has one of its own."""
+        return self.name.startswith(f"{TARGETS}.")
 
 
-class Missing(NamedTuple):
-    """What the setup leaves out."""
+class _Step(NamedTuple):
+    """A term, and the problem and fit with it."""
 
-    terms: tuple[MissingTerm, ...]
-    own: tuple[OwnError, ...]
+    term: MissingTerm
+    problem: RecordingProblem
+    fit: TrackFit
+
+    @property
+    def score(self) -> float:
+        """Log density of every report given all others, summed."""
+        return float(self.fit.log_density.sum())
 
 
-def find_missing(problem: RecordingProblem, choice: LawChoice, fit: TrackFit) -> Missing:
-    """Name the strongest missing term, fit again with it, and so on; then errors of targets.
+def missing_terms(
+    problem: RecordingProblem, choice: LawChoice, fit: TrackFit
+) -> tuple[MissingTerm, ...]:
+    """Name the term that is missing most, fit again with it, and so on until none is left.
+
+    Where both a bias and an error of targets seem to be missing, the one with which reports are
+    predicted better is named.
 
     Parameters
     ----------
@@ -87,30 +85,40 @@ def find_missing(problem: RecordingProblem, choice: LawChoice, fit: TrackFit) ->
         Of all its tracks, or of some.
     """
     found: list[MissingTerm] = []
-    current, at = problem, fit
+    at = fit
     if len(fit.model.reports) > MOST_REPORTS:
         at = fit_tracks(of_some(fit.model, MOST_REPORTS))
     for _ in range(MOST_TERMS):
-        best = _strongest(current, at)
-        if best is None or best[1] < LEAST_CHI2:
+        steps = [*_with_bias(problem, choice, at), *_with_own(problem, choice, at)]
+        if not steps:
             break
-        (name, term), chi2 = best
-        setup = _with_term(current.setup, name)
-        try:
-            current = recording_problem(problem.recording, setup)
-            at = fit_tracks(of_some(track_model(current, choice), MOST_REPORTS))
-        except InvalidInputError:
-            break
-        k = current.model.numbers[name]
-        value, sd = float(at.theta[k]), float(at.sd[k])
-        if abs(value) < LEAST_SDS * sd:
-            break  # what looked like it is something else
-        found.append(MissingTerm(name, term.unit, chi2, value, sd))
-    return Missing(tuple(found), own_errors(current, at))
+        best = max(steps, key=lambda step: step.score)
+        found.append(best.term)
+        problem, at = best.problem, best.fit
+    return tuple(found)
 
 
-def own_errors(problem: RecordingProblem, fit: TrackFit) -> tuple[OwnError, ...]:
-    """Errors that stay with targets, by score tests of their variances."""
+def _with_bias(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> Iterator[_Step]:
+    """The strongest missing bias, if it is clear in the fit that has it."""
+    named = list(_candidates(problem))
+    if not named:
+        return
+    tests = score_missing(at, [models for _, _, models in named])
+    k = int(np.argmax(tests.chi2))
+    if tests.chi2[k] < LEAST_CHI2:
+        return
+    name, term, _ = named[k]
+    after = _fitted(problem, _with_term(problem.setup, name), choice)
+    if after is None:
+        return
+    number = after[0].model.numbers[name]
+    value, sd = float(after[1].theta[number]), float(after[1].sd[number])
+    if abs(value) >= LEAST_SDS * sd:
+        yield _Step(MissingTerm(name, term.unit, float(tests.chi2[k]), value, sd), *after)
+
+
+def _with_own(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> Iterator[_Step]:
+    """The strongest error that stays with targets, by score tests of variances."""
     named = []
     for name in OWN_TERMS:
         terms = {
@@ -122,23 +130,29 @@ def own_errors(problem: RecordingProblem, fit: TrackFit) -> tuple[OwnError, ...]
         if terms and name not in problem.constants:
             named.append((name, terms))
     if not named:
-        return ()
-    found = score_spread(fit, [terms for _, terms in named])
-    return tuple(
-        OwnError(name, next(iter(terms.values())).unit, float(z), float(sd))
-        for (name, terms), z, sd in zip(named, found.z, found.sd, strict=True)
-        if z > LEAST_Z
-    )
+        return
+    tests = score_spread(at, [terms for _, terms in named])
+    k = int(np.argmax(tests.z))
+    if tests.z[k] < LEAST_Z or tests.sd[k] <= 0.0:
+        return
+    name, unit = named[k][0], next(iter(named[k][1].values())).unit
+    spreads = {**problem.setup.target_terms, name: float(tests.sd[k])}
+    after = _fitted(problem, dataclasses.replace(problem.setup, target_terms=spreads), choice)
+    if after is not None:
+        spread = float(after[1].point.constant_sd[list(after[0].constants).index(name)])
+        chi2 = float(tests.z[k]) ** 2
+        yield _Step(MissingTerm(f"{TARGETS}.{name}", unit, chi2, spread, np.nan), *after)
 
 
-def _strongest(problem: RecordingProblem, fit: TrackFit) -> tuple[tuple[str, Term], float] | None:
-    """The missing term of the largest chi-square."""
-    named = list(_candidates(problem))
-    if not named:
+def _fitted(
+    problem: RecordingProblem, setup: Setup, choice: LawChoice
+) -> tuple[RecordingProblem, TrackFit] | None:
+    """The problem under another setup and the fit of some of its targets; None without one."""
+    try:
+        again = recording_problem(problem.recording, setup)
+        return again, fit_tracks(of_some(track_model(again, choice), MOST_REPORTS))
+    except InvalidInputError:
         return None
-    tests = score_missing(fit, [models for _, _, models in named])
-    k = int(np.argmax(tests.chi2))
-    return (named[k][0], named[k][1]), float(tests.chi2[k])
 
 
 def _candidates(problem: RecordingProblem) -> Iterator[tuple[str, Term, dict[int, Term]]]:
@@ -170,8 +184,9 @@ def _with_term(setup: Setup, full: str) -> Setup:
     owner, name = full.split(".", 1)
     biases = {s.name: tuple(setup.biases.get(s.name, ())) for s in setup.sensors}
     for sensor in setup.sensors:
-        if owner in (sensor.name, "platform"):
-            known = known_terms(sensor)
-            if name in known and known[name].owner == owner:
-                biases[sensor.name] = (*biases[sensor.name], name)
+        known = known_terms(sensor)
+        if name not in known or known[name].owner != owner:
+            continue
+        if name != "heading" or sensor.name in setup.body_frame:
+            biases[sensor.name] = (*biases[sensor.name], name)
     return with_biases(setup, biases)

@@ -16,7 +16,7 @@ from probreg.recordings import Recording, Setup, correct, restore
 from probreg.registration._accuracy import Accuracy
 from probreg.registration._choice import RankedLaw
 from probreg.registration._held_out import HeldOut
-from probreg.registration._missing import MissingTerm, OwnError
+from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
 from probreg.registration._tracks import reports_table, tracks_table
 from probreg.registration.residuals import (
@@ -87,8 +87,6 @@ class Registration:
         the posterior's; far above one the intervals are too narrow. NaN with few targets.
     missing : tuple of MissingTerm
         Terms that the setup leaves out and the recording asks for, strongest first.
-    own_errors : tuple of OwnError
-        Errors that targets have of their own, and for which the setup does not allow.
     left_out : ndarray, shape (sensors,)
         Share of each sensor's reports with identity that fit no target.
     noise_scale : ndarray, shape (sensors, 2)
@@ -115,7 +113,6 @@ class Registration:
     verdicts: tuple[Verdict, ...]
     cluster_ratio: FloatArray
     missing: tuple[MissingTerm, ...]
-    own_errors: tuple[OwnError, ...]
     left_out: FloatArray
     noise_scale: FloatArray
     accuracies: tuple[Accuracy, ...]

@@ -15,7 +15,7 @@ from probreg.registration._clock import Clock
 from probreg.registration._held_out import HeldOut, score
 from probreg.registration._identities import Identified, identify
 from probreg.registration._laws import LAWS, LawChoice
-from probreg.registration._missing import Missing, find_missing
+from probreg.registration._missing import MissingTerm, missing_terms
 from probreg.registration._posterior import Fitted, draw, fit
 from probreg.registration._registration import Registration
 from probreg.registration._verdicts import Judged, judge_reports
@@ -78,13 +78,13 @@ def register(
     fitted = clock.run("draws", draw, known, found, num_draws, rng)
     scored = clock.run("held out", score, found, holdout, rng)
     checks = clock.run("observability", check, known, found)
-    missing = clock.run("missing terms", find_missing, known.problem, chosen.choice, found)
+    missing = clock.run("missing terms", missing_terms, known.problem, chosen.choice, found)
     judged = clock.run("verdicts", judge_reports, known, chosen, found, fitted.draws)
-    notes = _remarks.remarks(known, chosen, fitted, scored, checks, missing.terms)
+    notes = _remarks.remarks(known, chosen, fitted, scored, checks, missing)
     return _result(known, chosen, fitted, scored, checks, judged, (missing, notes, clock.seconds))
 
 
-_Last = tuple[Missing, tuple[str, ...], Mapping[str, float]]
+_Last = tuple[tuple[MissingTerm, ...], tuple[str, ...], Mapping[str, float]]
 
 
 def _result(
@@ -112,8 +112,7 @@ def _result(
         held_out=scored,
         verdicts=judged.verdicts,
         cluster_ratio=checks.cluster_ratio,
-        missing=missing.terms,
-        own_errors=missing.own,
+        missing=missing,
         left_out=_remarks.refused(known.problem, fitted.fit),
         noise_scale=checks.noise_scale,
         accuracies=tuple(checks.accuracies),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -61,8 +62,16 @@ def _constants(setup: Setup, seen: IntArray) -> dict[str, float]:
     """Terms of single targets: those of the setup, and those of the kinds that are seen."""
     usual: dict[str, float] = {}
     for k in np.unique(seen).tolist():
-        usual |= setup.sensors[k].kind.constants
+        usual |= usual_constants(setup, setup.sensors[k])
     return {**usual, **setup.target_terms}
+
+
+def usual_constants(setup: Setup, sensor: Sensor) -> Mapping[str, float]:
+    """Terms of single targets that go with a sensor's kind.
+
+    None of a sensor that is declared free of biases: a common error would hide among them.
+    """
+    return sensor.kind.constants if setup.biases.get(sensor.name) else {}
 
 
 def _sensor_model(
@@ -83,7 +92,7 @@ def _sensor_model(
         (k, term)
         for k, name in enumerate(constants)
         for term in [target_term(sensor, name)]
-        if term is not None and (name in setup.target_terms or name in sensor.kind.constants)
+        if term is not None and (name in setup.target_terms or name in usual_constants(setup, sensor))
     ]
     metric = tuple(
         sensor.kind.sigma_key(j).endswith("_m") and unit == "rad"
