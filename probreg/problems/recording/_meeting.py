@@ -28,7 +28,7 @@ def meeting_path(reports: TrackReports, centre: FloatArray) -> FloatArray | None
     part = reports.take(some, np.zeros(len(some), dtype=int))
     middle = part.time[len(some) // 2]
     since = part.time - middle
-    best = np.inf, np.zeros(0), np.zeros((0, 0))
+    best: tuple[float, FloatArray, FloatArray] = np.inf, np.zeros(0), np.zeros((0, 0))
     for start in _starts(part, np.abs(since) <= WINDOW_S, centre):
         found = _straight(part, since, start, centre)
         if found[0] < best[0]:
