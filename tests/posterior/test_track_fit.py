@@ -88,6 +88,18 @@ def test_many_reports_are_fitted_from_some(mixed, monkeypatch):
     np.testing.assert_allclose(again.sd, fit.sd, rtol=0.02)
 
 
+def test_a_fit_of_other_targets_is_a_start(mixed):
+    model, fit = mixed[2], mixed[3]
+    some = fit_tracks(model.of_targets(np.arange(0, model.reports.num_targets, 2)))
+    again = fit_tracks(model, near=some)
+    assert np.abs((again.theta - fit.theta) / fit.sd).max() < 0.1
+    np.testing.assert_allclose(again.sd, fit.sd, rtol=0.02)
+    # under a law of another kind too
+    student = replace(model, laws=(StudentT(4.0),) * 3, unknown=None)
+    whole, near = fit_tracks(student), fit_tracks(student, near=some)
+    assert np.abs((near.theta - whole.theta) / whole.sd).max() < 0.1
+
+
 def test_turns_that_the_setup_does_not_expect_are_followed(monkeypatch):
     """Four times the acceleration, and targets that are nothing but wrong names."""
     monkeypatch.setattr(_flights, "TURN_M_S2", 4.0)

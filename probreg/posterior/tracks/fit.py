@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from probreg.motion.tracks import BiasInformation, SmoothedTracks
+from probreg.motion.tracks import BiasInformation
 from probreg.posterior.tracks import steps
 from probreg.posterior.tracks._company import in_company
 from probreg.posterior.tracks._offers import offer_refused
-from probreg.posterior.tracks.accelerations import fit_acceleration
-from probreg.posterior.tracks.cavity import Judgement
+from probreg.posterior.tracks._search import SETTLED, Search, Start, rest, settled, start_of, step
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point, Solution
-from probreg.problems.recording.track_reports import PathPoints
+from probreg.problems.recording.track_reports import TrackLinearisation
 from probreg.typing import FloatArray, IntArray
 
 WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused too early
@@ -23,12 +21,8 @@ STEPS_EACH = 2
 FIRST_REPORTS = 8_000  # enough to come near the mode of many
 ONLY_PATHS = (10.0, 1.0)  # where biases and laws are known from some of the targets
 GENEROUS = 9.0  # acceleration at first, over the prior's: weights of zero absorb
-SETTLED = 0.02  # posterior standard deviations of a last step,
-NEARLY = 0.3  # and of one after which tangent or identities change
-MOST_STEPS = 30
 TANGENTS = 2  # at smoothed paths; the first is at the reports themselves
 OFFERS = 2
-LONE_WEIGHT = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +88,7 @@ class TrackFit:
         return smoothed.covariance[self.point.tangent.order]
 
 
-def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
+def fit_tracks(model: TrackModel, offers: int = OFFERS, near: TrackFit | None = None) -> TrackFit:
     """Find the mode of biases, weights, accelerations and laws, the paths integrated out.
 
     Parameters
@@ -102,152 +96,91 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS) -> TrackFit:
     model : TrackModel
     offers : int
         How often refused reports are offered to other targets.
+    near : TrackFit, optional
+        Of some or more of the targets, with the same biases and sensors: its biases and
+        acceleration, and its laws if the model has the same, are where the search starts.
 
     Returns
     -------
     TrackFit
     """
-    search = _settled(model, *_begin(model))
+    search = settled(model, *_begin(model, near))
     for _ in range(offers if model.wrong_shares.any() else 0):
-        start = _start_of(search)
+        start = start_of(search)
         offer = offer_refused(model, search.point, start.path, search.judged, start.theta)
         if offer is None:
             break
         del search  # room for the next
         model = replace(model, reports=replace(model.reports, target=offer.target))
-        search = _settled(model, start._replace(path=offer.path), 1)
+        search = settled(model, start._replace(path=offer.path), 1)
         del start, offer
     point, theta = search.point, search.solution.theta
     del search
-    return _report(model, _rest(model, point, theta, SETTLED))
+    return _report(model, rest(model, point, theta, SETTLED))
 
 
-class _Start(NamedTuple):
-    """Where to linearise next: all but a tangent, arrays in the order of the recording."""
-
-    theta: FloatArray
-    path: PathPoints
-    weights: FloatArray
-    rest: dict[str, Any]
-
-    def point(self, model: TrackModel) -> Point:
-        """With the tangent there."""
-        tangent = model.reports.linearise(self.theta, self.path)
-        return Point(tangent, self.weights[tangent.rows], **self.rest)
-
-
-class _Search(NamedTuple):
-    """Where a search stands: the point after a step, that before it, and what was found there."""
-
-    point: Point
-    before: Point
-    solution: Solution
-    smoothed: SmoothedTracks
-    judged: Judgement
-    settled: bool = False
-
-
-def _start_of(search: _Search) -> _Start:
-    """From the paths that a step has found."""
-    point = search.point
-    names = [f.name for f in fields(Point) if f.name not in ("tangent", "weights")]
-    return _Start(
-        search.solution.theta,
-        point.tangent.path(search.smoothed.mean),
-        point.weights[point.tangent.order],
-        {name: getattr(point, name) for name in names},
-    )
-
-
-def _begin(model: TrackModel) -> tuple[_Start, int]:
+def _begin(model: TrackModel, near: TrackFit | None) -> tuple[Start, int]:
     """Widened noise first, at the reports themselves: near the mode; and how many tangents follow.
 
     Of very many reports some find the biases, laws and accelerations; the others follow.
     """
+    if near is not None:
+        known = Solution(near.theta, near.covariance, near.information, np.nan)
+        alike = (near.model.laws, near.model.unknown) == (model.laws, model.unknown)
+        laws = near.point.laws if alike else model.laws
+        point = _near(model, replace(near.point, laws=laws), near.theta)
+        return _narrowed(model, point, known), 1
     count = np.bincount(model.reports.target, minlength=len(model.start))
     among = steps.some_targets(count, FIRST_REPORTS)
     if among is None:
-        return _narrowed(model, _first(model), WIDENED, STEPS_EACH), TANGENTS
+        return _narrowed(model, _first(model)), TANGENTS
     part = model.of_targets(among)
-    start = _narrowed(part, _first(part), WIDENED, STEPS_EACH)
-    found = _settled(part, start, TANGENTS)
-    return _narrowed(model, _first(model, found), ONLY_PATHS, 1, found.solution), 1
+    found = settled(part, _narrowed(part, _first(part)), TANGENTS)
+    point = _near(model, found.point, found.solution.theta)
+    return _narrowed(model, point, found.solution), 1
 
 
-def _narrowed(
-    model: TrackModel,
-    point: Point,
-    widened: tuple[float, ...],
-    each: int,
-    known: Solution | None = None,
-) -> _Start:
-    """Steps as the noise shrinks to what it is."""
+def _narrowed(model: TrackModel, point: Point, known: Solution | None = None) -> Start:
+    """Steps as the noise shrinks to what it is; of the paths alone where biases are known."""
+    widened = np.repeat(WIDENED, STEPS_EACH) if known is None else ONLY_PATHS
     for factor in widened:
-        for _ in range(each):
-            search = _step(model, point, factor, known)
-            point = search.point
-    return _start_of(search)
+        search = step(model, point, float(factor), known)
+        point = search.point
+    return start_of(search)
 
 
-def _first(model: TrackModel, known: _Search | None = None) -> Point:
-    """The tangent at the reports themselves, with laws as given or as known from some."""
+def _first(model: TrackModel) -> Point:
+    """The tangent at the reports themselves, with laws as given."""
+    tangent, weights = _at_reports(model, model.prior.mean)
+    spread = np.asarray(model.constant_sd, dtype=float)
+    q = (GENEROUS if model.acceleration_log_sd else 1.0) * model.acceleration
+    return Point(tangent, weights, q, model.laws, model.wrong_shares, spread)
+
+
+def _near(model: TrackModel, known: Point, theta: FloatArray) -> Point:
+    """The tangent at the reports themselves, with all but paths as known from other targets."""
+    tangent, weights = _at_reports(model, theta)
+    both = (known.wrong > 0.0) & (model.wrong_shares > 0.0)
+    return replace(
+        known,
+        tangent=tangent,
+        weights=weights,
+        wrong=np.where(both, known.wrong, model.wrong_shares),
+        livelier=GENEROUS if model.acceleration_log_sd else 1.0,
+    )
+
+
+def _at_reports(model: TrackModel, theta: FloatArray) -> tuple[TrackLinearisation, FloatArray]:
+    """A tangent without paths, and weights of no one's trust in particular."""
     assert model.guess is not None
-    theta = model.prior.mean if known is None else known.solution.theta
     tangent = model.reports.linearise(theta, model.guess)
     weights = np.full(len(model.reports), WIDENED[0] ** -2.0)
     if model.wrong_shares.any():
         weights[~in_company(model, tangent)] = 0.0
-    generous = GENEROUS if model.acceleration_log_sd else 1.0
-    if known is not None:
-        return replace(known.point, tangent=tangent, weights=weights, livelier=generous)
-    spread = np.asarray(model.constant_sd, dtype=float)
-    q = generous * model.acceleration
-    return Point(tangent, weights, q, model.laws, model.wrong_shares, spread)
+    return tangent, weights
 
 
-def _step(
-    model: TrackModel, point: Point, widened: float = 1.0, known: Solution | None = None
-) -> _Search:
-    """Biases unless known, paths, weights; the laws' parameters too if the noise is as it is."""
-    solution = steps.solve(model, point) if known is None else known
-    constants = model.reports.num_constants > 0
-    smoothed = steps.smooth(model, point, solution.theta, covariance=constants)
-    judged = steps.judge(model, point, smoothed, widened)
-    after = point
-    if widened == 1.0 and known is None:
-        after = steps.refit(model, point, judged)
-        after = steps.refit_constants(model, after, smoothed)
-    # reports that no other places must not agree on a path of their own, nor be lost for ever
-    lone = np.minimum(judged.weight, LONE_WEIGHT)
-    weights = np.where(judged.placed, judged.weight, lone)
-    return _Search(replace(after, weights=weights), point, solution, smoothed, judged)
-
-
-def _settled(model: TrackModel, start: _Start, tangents: int) -> _Search:
-    """Steps to near rest at the tangent at a path, and again at the paths found there."""
-    for again in range(tangents):
-        point = fit_acceleration(model, start.point(model), start.theta)
-        search = _rest(model, point, start.theta, NEARLY)
-        del point
-        if again + 1 < tangents:
-            start = _start_of(search)
-            del search  # room for the next
-    return search
-
-
-def _rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> _Search:
-    """Steps until the biases stay where they are."""
-    for _ in range(MOST_STEPS - 1):
-        search = _step(model, point)
-        away = np.abs(search.solution.theta - theta)
-        if np.all(away < least * np.sqrt(np.diag(search.solution.covariance))):
-            return search._replace(settled=True)
-        point, theta = search.point, search.solution.theta
-        del search  # room for the next
-    return _step(model, point)
-
-
-def _report(model: TrackModel, search: _Search) -> TrackFit:
+def _report(model: TrackModel, search: Search) -> TrackFit:
     """Everything as the last step found it, in the order of the recording."""
     point, solution, judged = search.before, search.solution, search.judged
     order = point.tangent.order

@@ -11,7 +11,7 @@ from scipy import stats
 from probreg.diagnostics.sbc import Ranks
 from probreg.errors import InvalidInputError
 from probreg.noise import StudentT
-from probreg.posterior.tracks import fit_tracks, solve, steps
+from probreg.posterior.tracks import fit_tracks, solve
 from probreg.posterior.tracks.accelerations import LIVELY_TARGETS, USUAL_TARGETS
 from probreg.samplers.tracks import GibbsTracks, _mode_check, check_mode
 from probreg.samplers.tracks.gibbs_tracks import _sweep
@@ -131,8 +131,8 @@ def test_the_mode_is_too_narrow_under_student_noise_and_the_check_says_so(traffi
 
 
 def test_many_reports_are_checked_on_some(traffic, monkeypatch):
-    for module in (steps, _mode_check):
-        monkeypatch.setattr(module, "MANY_REPORTS", 1500)
+    monkeypatch.setattr(_mode_check, "MANY_REPORTS", 3000)
+    monkeypatch.setattr(_mode_check, "SOME_REPORTS", 1500)
     checked = check_mode(traffic[3], np.random.default_rng(5), 20)
     assert len(checked.fit.model.reports) < 2000
     assert checked.draws.theta.shape == (1, 20, 6)

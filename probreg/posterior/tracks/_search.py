@@ -1,0 +1,101 @@
+"""Steps of the search for a mode: at a tangent until the biases rest, and at the next one."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from probreg.motion.tracks import SmoothedTracks
+from probreg.posterior.tracks import steps
+from probreg.posterior.tracks.accelerations import fit_acceleration
+from probreg.posterior.tracks.cavity import Judgement
+from probreg.posterior.tracks.model import TrackModel
+from probreg.posterior.tracks.steps import Point, Solution
+from probreg.problems.recording.track_reports import PathPoints
+from probreg.typing import FloatArray
+
+SETTLED = 0.02  # posterior standard deviations of a last step,
+NEARLY = 0.3  # and of one after which tangent or identities change
+MOST_STEPS = 30
+LONE_WEIGHT = 1e-5
+
+
+class Start(NamedTuple):
+    """Where to linearise next: all but a tangent, arrays in the order of the recording."""
+
+    theta: FloatArray
+    path: PathPoints
+    weights: FloatArray
+    rest: dict[str, Any]
+
+    def point(self, model: TrackModel) -> Point:
+        """With the tangent there."""
+        tangent = model.reports.linearise(self.theta, self.path)
+        return Point(tangent, self.weights[tangent.rows], **self.rest)
+
+
+class Search(NamedTuple):
+    """Where a search stands: the point after a step, that before it, and what was found there."""
+
+    point: Point
+    before: Point
+    solution: Solution
+    smoothed: SmoothedTracks
+    judged: Judgement
+    settled: bool = False
+
+
+def start_of(search: Search) -> Start:
+    """From the paths that a step has found."""
+    point = search.point
+    names = [f.name for f in fields(Point) if f.name not in ("tangent", "weights")]
+    return Start(
+        search.solution.theta,
+        point.tangent.path(search.smoothed.mean),
+        point.weights[point.tangent.order],
+        {name: getattr(point, name) for name in names},
+    )
+
+
+def step(
+    model: TrackModel, point: Point, widened: float = 1.0, known: Solution | None = None
+) -> Search:
+    """Biases unless known, paths, weights; the laws' parameters too if the noise is as it is."""
+    solution = steps.solve(model, point) if known is None else known
+    constants = model.reports.num_constants > 0
+    smoothed = steps.smooth(model, point, solution.theta, covariance=constants)
+    judged = steps.judge(model, point, smoothed, widened)
+    after = point
+    if widened == 1.0 and known is None:
+        after = steps.refit(model, point, judged)
+        after = steps.refit_constants(model, after, smoothed)
+    # reports that no other places must not agree on a path of their own, nor be lost for ever
+    lone = np.minimum(judged.weight, LONE_WEIGHT)
+    weights = np.where(judged.placed, judged.weight, lone)
+    return Search(replace(after, weights=weights), point, solution, smoothed, judged)
+
+
+def settled(model: TrackModel, start: Start, tangents: int) -> Search:
+    """Steps to near rest at the tangent at a path, and again at the paths found there."""
+    for again in range(tangents):
+        point = fit_acceleration(model, start.point(model), start.theta)
+        search = rest(model, point, start.theta, NEARLY)
+        del point
+        if again + 1 < tangents:
+            start = start_of(search)
+            del search  # room for the next
+    return search
+
+
+def rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> Search:
+    """Steps until the biases stay where they are."""
+    for _ in range(MOST_STEPS - 1):
+        search = step(model, point)
+        away = np.abs(search.solution.theta - theta)
+        if np.all(away < least * np.sqrt(np.diag(search.solution.covariance))):
+            return search._replace(settled=True)
+        point, theta = search.point, search.solution.theta
+        del search  # room for the next
+    return step(model, point)
