@@ -82,7 +82,8 @@ def choose(model: TrackModel, laws: Sequence[LawChoice]) -> Chosen:
     some, notes = of_some(model, LAW_REPORTS), []
     for name, choice in by_name.items():
         try:
-            fits[name] = fit_tracks(under(some, choice))
+            before = next(iter(fits.values()), None)
+            fits[name] = fit_tracks(under(some, choice), near=before)
         except InvalidInputError as error:
             notes.append(f"the law {name} could not be fitted and is left out: {error}")
     if not fits:

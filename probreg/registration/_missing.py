@@ -87,7 +87,7 @@ def missing_terms(
     found: list[MissingTerm] = []
     at = fit
     if len(fit.model.reports) > MOST_REPORTS:
-        at = fit_tracks(of_some(fit.model, MOST_REPORTS))
+        at = fit_tracks(of_some(fit.model, MOST_REPORTS), near=fit)
     for _ in range(MOST_TERMS):
         steps = [*_with_bias(problem, choice, at), *_with_own(problem, choice, at)]
         if not steps:

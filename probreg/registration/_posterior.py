@@ -37,7 +37,7 @@ class Fitted(NamedTuple):
 def fit(known: Identified, chosen: Chosen) -> TrackFit:
     """Find the mode of all reports under the law chosen."""
     model: TrackModel = under(known.model, chosen.choice)
-    return fit_tracks(model)
+    return fit_tracks(model, near=chosen.fits.get(chosen.choice.name))
 
 
 def draw(known: Identified, found: TrackFit, num_draws: int, rng: np.random.Generator) -> Fitted:
