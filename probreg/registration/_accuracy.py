@@ -59,8 +59,8 @@ def accuracies(problem: RecordingProblem, fit: TrackFit) -> list[Accuracy]:
     sensor = problem.recording.sensor[row]
     said = []
     for k, one in enumerate(problem.recording.sensors):
-        if any(model.mixing is not None for model in fit.model.reports.models):
-            continue
+        if one.principal[1] is not None:
+            continue  # components whose errors correlate have no accuracies of their own
         for j, (name, sigma) in enumerate(zip(one.bias_names, one.sigmas, strict=True)):
             own = np.flatnonzero(fine & (sensor == k) & (component == j))
             if len(own) < _FEWEST:

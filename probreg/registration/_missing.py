@@ -92,7 +92,12 @@ def missing_terms(
         steps = [*_with_bias(problem, choice, at), *_with_own(problem, choice, at)]
         if not steps:
             break
-        best = max(steps, key=lambda step: step.score)
+        most = max(step.term.chi2 for step in steps)
+        # an error of targets may seem to explain a bias; it must also stand out more
+        best = max(steps, key=lambda step: (not step.term.of_targets, step.score))
+        for step in steps:
+            if step.term.of_targets and step.term.chi2 == most and step.score >= best.score:
+                best = step
         found.append(best.term)
         problem, at = best.problem, best.fit
     return tuple(found)

@@ -16,6 +16,7 @@ from probreg.recordings import TARGET_HEIGHT_M
 from probreg.registration._laws import LawChoice
 
 WRONG_SHARE = 0.05  # of reports that are of another target, expected; ten reports outweigh it
+CAUTION = 9.0  # times the acceleration found, for the biases: see `TrackModel`
 BESIDE = LawChoice.usual(Contaminated())  # of reports that come with others
 START_M, CLIMB_M_S = 100_000.0, 50.0  # about where a target is first seen
 
@@ -37,10 +38,12 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
         laws,
         unknown,
         acceleration=setup.acceleration_m_s2**2,
+        caution=CAUTION,
         wrong_share=WRONG_SHARE if len(problem.owner) > 1 else 0.0,
         area_m2=problem.area_m2,
         start_sd=(START_M, sd, setup.max_speed_m_s, CLIMB_M_S),
         constant_sd=tuple(problem.constants.values()),
+        constant_known=tuple(name in problem.known_constants for name in problem.constants),
         guess=problem.guess,
     )
 

@@ -14,7 +14,7 @@ from probreg.posterior.tracks.cavity import Judgement
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point, Solution
 from probreg.problems.recording.track_reports import PathPoints
-from probreg.typing import FloatArray
+from probreg.typing import BoolArray, FloatArray
 
 SETTLED = 0.02  # posterior standard deviations of a last step,
 NEARLY = 0.3  # and of one after which tangent or identities change
@@ -29,11 +29,21 @@ class Start(NamedTuple):
     path: PathPoints
     weights: FloatArray
     rest: dict[str, Any]
+    steady: PathPoints | None = None
 
     def point(self, model: TrackModel) -> Point:
         """With the tangent there."""
-        tangent = model.reports.linearise(self.theta, self.path)
+        tangent = model.reports.linearise(self.theta, self.path, self.steady)
         return Point(tangent, self.weights[tangent.rows], **self.rest)
+
+
+def with_offer(start: Start, path: PathPoints, moved: BoolArray) -> Start:
+    """With a path on which reports that `moved` (n,) stand with other targets."""
+    if start.steady is None:
+        return start._replace(path=path)
+    steady = [np.where(moved if a.ndim == 1 else moved[:, None], a, b)
+              for a, b in zip(path, start.steady, strict=True)]  # fmt: skip
+    return start._replace(path=path, steady=PathPoints(*steady))
 
 
 class Search(NamedTuple):
@@ -47,15 +57,18 @@ class Search(NamedTuple):
     settled: bool = False
 
 
-def start_of(search: Search) -> Start:
+def start_of(model: TrackModel, search: Search) -> Start:
     """From the paths that a step has found."""
-    point = search.point
+    point, steady = search.point, None
+    if model.reports.varies:
+        steady = steps.steady_path(model, search.before, search.solution.theta)
     names = [f.name for f in fields(Point) if f.name not in ("tangent", "weights")]
     return Start(
         search.solution.theta,
         point.tangent.path(search.smoothed.mean),
         point.weights[point.tangent.order],
         {name: getattr(point, name) for name in names},
+        steady,
     )
 
 
@@ -84,7 +97,7 @@ def settled(model: TrackModel, start: Start, tangents: int) -> Search:
         search = rest(model, point, start.theta, NEARLY)
         del point
         if again + 1 < tangents:
-            start = start_of(search)
+            start = start_of(model, search)
             del search  # room for the next
     return search
 

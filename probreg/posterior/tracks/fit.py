@@ -10,7 +10,16 @@ from probreg.motion.tracks import BiasInformation
 from probreg.posterior.tracks import steps
 from probreg.posterior.tracks._company import in_company
 from probreg.posterior.tracks._offers import offer_refused
-from probreg.posterior.tracks._search import SETTLED, Search, Start, rest, settled, start_of, step
+from probreg.posterior.tracks._search import (
+    SETTLED,
+    Search,
+    Start,
+    rest,
+    settled,
+    start_of,
+    step,
+    with_offer,
+)
 from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Point, Solution
 from probreg.problems.recording.track_reports import TrackLinearisation
@@ -106,13 +115,14 @@ def fit_tracks(model: TrackModel, offers: int = OFFERS, near: TrackFit | None = 
     """
     search = settled(model, *_begin(model, near))
     for _ in range(offers if model.wrong_shares.any() else 0):
-        start = start_of(search)
+        start = start_of(model, search)
         offer = offer_refused(model, search.point, start.path, search.judged, start.theta)
         if offer is None:
             break
         del search  # room for the next
+        moved = offer.target != model.reports.target
         model = replace(model, reports=replace(model.reports, target=offer.target))
-        search = settled(model, start._replace(path=offer.path), 1)
+        search = settled(model, with_offer(start, offer.path, moved), 1)
         del start, offer
     point, theta = search.point, search.solution.theta
     del search
@@ -146,7 +156,7 @@ def _narrowed(model: TrackModel, point: Point, known: Solution | None = None) ->
     for factor in widened:
         search = step(model, point, float(factor), known)
         point = search.point
-    return start_of(search)
+    return start_of(model, search)
 
 
 def _first(model: TrackModel) -> Point:

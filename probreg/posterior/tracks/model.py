@@ -41,6 +41,11 @@ class TrackModel:
     levels : tuple of float
         How many times the common density single targets may have, from 1 up; (1.0,) if all move
         alike. Not used if the acceleration is known.
+    caution : float
+        How many times the acceleration that is found counts when biases are solved for, from 1.
+        A target that turns now and then bends biases under the density of its whole flight, by
+        several standard deviations where nothing reports its place; nine times the density costs
+        one per cent of standard deviation.
     wrong_share : float or tuple of float
         Of the reports that are of another target than they say, the prior mean, for all sensors
         or for each; zero if none are.
@@ -51,6 +56,8 @@ class TrackModel:
         velocity in m/s.
     constant_sd : tuple of float
         Prior spread of the constants of targets.
+    constant_known : tuple of bool, optional
+        Constants whose spread is as given; by default none is.
     guess : PathPoints, optional
         Of every path, by default where the reports themselves place it.
 
@@ -67,10 +74,12 @@ class TrackModel:
     acceleration: float = 1.0
     acceleration_log_sd: float = 1.5
     levels: tuple[float, ...] = (1.0, 9.0, 81.0)
+    caution: float = 1.0
     wrong_share: float | tuple[float, ...] = 0.0
     area_m2: float = 1e11
     start_sd: tuple[float, float, float, float] = (100_000.0, 10_000.0, 350.0, 50.0)
     constant_sd: tuple[float, ...] = ()
+    constant_known: tuple[bool, ...] = ()
     guess: PathPoints | None = None
     start: FloatArray = field(init=False, repr=False)
 
@@ -79,6 +88,8 @@ class TrackModel:
         for name in ("acceleration", "area_m2"):
             positive_number(name, getattr(self, name))
         positive_number("acceleration_log_sd", self.acceleration_log_sd, zero=True)
+        if not 1.0 <= self.caution < np.inf:
+            raise InvalidInputError(f"caution is {self.caution}; it must be 1 or more.")
         for value in (*self.start_sd, *self.constant_sd):
             positive_number("start_sd or constant_sd", value)
         wrong = np.asarray(self.wrong_share, dtype=float)
@@ -94,7 +105,9 @@ class TrackModel:
             raise InvalidInputError("laws must be scale mixtures and weigh whole reports.")
         if self.prior.mean.size != reports.num_biases:
             raise InvalidInputError(f"the prior must be of {reports.num_biases} biases.")
-        if len(self.constant_sd) != reports.num_constants:
+        known = self.constant_known or (False,) * len(self.constant_sd)
+        object.__setattr__(self, "constant_known", known)
+        if not len(self.constant_sd) == len(known) == reports.num_constants:
             raise InvalidInputError(f"constant_sd of {reports.num_constants} constants are needed.")
         unknown = tuple(frozenset(law.supports) for law in self.laws)
         object.__setattr__(self, "unknown", self.unknown or unknown)

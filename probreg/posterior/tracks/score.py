@@ -11,6 +11,7 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import BiasInformation, eliminate_paths
 from probreg.posterior.tracks.fit import TrackFit
+from probreg.posterior.tracks.steps import steady_path
 from probreg.problems.recording.sensor_model import ErrorTerm
 from probreg.problems.recording.track_reports import TrackReports
 from probreg.typing import FloatArray
@@ -133,8 +134,10 @@ def _with_candidates(
     model, old = fit.model, fit.point.tangent
     reports = _with(model.reports, candidates)
     theta = np.concatenate([fit.theta, np.zeros(len(candidates))])
-    tangent = reports.linearise(theta, old.path(fit.mean[old.rows]))
-    motion = model.motion(tangent.equations, fit.point.density, fit.point.constant_sd)
+    steady = steady_path(model, fit.point, fit.theta) if reports.varies else None
+    tangent = reports.linearise(theta, old.path(fit.mean[old.rows]), steady)
+    density = fit.point.density * model.caution
+    motion = model.motion(tangent.equations, density, fit.point.constant_sd)
     weights = fit.point.weights[old.order][tangent.rows]
     return eliminate_paths(tangent.equations, motion, len(theta), weights)
 

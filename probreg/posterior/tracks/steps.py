@@ -17,10 +17,12 @@ from probreg.motion.tracks import (
 from probreg.noise import MixtureCounts, ScaleMixture
 from probreg.posterior.tracks.cavity import Judgement, judge_reports, room_for
 from probreg.posterior.tracks.model import WIDEST_M, TrackModel
-from probreg.problems.recording.track_reports import TrackLinearisation
+from probreg.problems.recording.track_reports import PathPoints, TrackLinearisation
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 MANY_REPORTS = 20_000  # enough for what a few parameters need
+# of the acceleration: whitened noise of a path falls with the power 5/4 of it
+STEADY = 0.01
 WRONG_ROWS = 10.0  # reports that the prior share of wrong identities counts for
 CONSTANT_TARGETS = 2.0  # targets that the prior spread of their constants counts for
 
@@ -77,10 +79,14 @@ class Solution(NamedTuple):
     log_marginal: float
 
 
-def solve(model: TrackModel, point: Point) -> Solution:
-    """Biases at which the posterior given the weights is highest; exact but for the tangent."""
+def solve(model: TrackModel, point: Point, caution: float | None = None) -> Solution:
+    """Biases at which the posterior given the weights is highest; exact but for the tangent.
+
+    `caution` is by default the model's.
+    """
     equations = point.tangent.equations
-    motion = model.motion(equations, point.density, point.constant_sd)
+    density = point.density * (model.caution if caution is None else caution)
+    motion = model.motion(equations, density, point.constant_sd)
     found = eliminate_paths(equations, motion, model.reports.num_biases, point.weights)
     J, eta = found.precision, found.shift
     together = model.all_clocks
@@ -112,6 +118,17 @@ def smooth(
     return smooth_tracks(
         equations, motion, point.weights, delta, covariance=covariance, spread=True
     )
+
+
+def steady_path(model: TrackModel, point: Point, theta: FloatArray) -> PathPoints:
+    """Paths for the columns of terms: smoother than those that reports are compared with.
+
+    A path follows its reports' noise. A column that is of the path, such as a share of its height,
+    then answers to the noise as the equations do, and biases the estimate: in whitened form both
+    consist of little else.
+    """
+    found = smooth(model, replace(point, q=STEADY * point.q), theta)
+    return point.tangent.path(found.mean)
 
 
 def judge(
@@ -188,4 +205,5 @@ def refit_constants(model: TrackModel, point: Point, smoothed: SmoothedTracks) -
         return point
     square, K = constant_square(model, point, smoothed)
     prior = CONSTANT_TARGETS * np.asarray(model.constant_sd) ** 2
-    return replace(point, constant_sd=np.sqrt((square + prior) / (K + CONSTANT_TARGETS)))
+    spread = np.sqrt((square + prior) / (K + CONSTANT_TARGETS))
+    return replace(point, constant_sd=np.where(model.constant_known, model.constant_sd, spread))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -27,12 +26,16 @@ class Models(NamedTuple):
         Of each model, its sensor, and the one whose reports it comes with.
     constants : dict of str to float
         Terms of which each target has one of its own, with their expected spread, SI units.
+    known : frozenset of str
+        Those whose spread is as expected: of sensors that are declared free of biases, as a
+        common error would hide in a spread that is free.
     """
 
     models: tuple[SensorModel, ...]
     which: IntArray
     kinds: tuple[tuple[int, int], ...]
     constants: dict[str, float]
+    known: frozenset[str]
 
 
 def models_of(recording: Recording, setup: Setup, model: BiasModel, rows: IntArray) -> Models:
@@ -50,7 +53,10 @@ def models_of(recording: Recording, setup: Setup, model: BiasModel, rows: IntArr
         for s, along in pairs.tolist()
     )
     kinds = tuple((int(s), int(along)) for s, along in pairs)
-    return Models(models, which.reshape(-1), kinds, constants)
+    free = [setup.sensors[k].kind.constants for k in np.unique(pairs[:, 0])
+            if setup.biases.get(setup.sensors[k].name)]  # fmt: skip
+    known = frozenset(constants) - frozenset(setup.target_terms) - frozenset().union(*free)
+    return Models(models, which.reshape(-1), kinds, constants, known)
 
 
 def companions(recording: Recording) -> IntArray:
@@ -62,16 +68,8 @@ def _constants(setup: Setup, seen: IntArray) -> dict[str, float]:
     """Terms of single targets: those of the setup, and those of the kinds that are seen."""
     usual: dict[str, float] = {}
     for k in np.unique(seen).tolist():
-        usual |= usual_constants(setup, setup.sensors[k])
+        usual |= setup.sensors[k].kind.constants
     return {**usual, **setup.target_terms}
-
-
-def usual_constants(setup: Setup, sensor: Sensor) -> Mapping[str, float]:
-    """Terms of single targets that go with a sensor's kind.
-
-    None of a sensor that is declared free of biases: a common error would hide among them.
-    """
-    return sensor.kind.constants if setup.biases.get(sensor.name) else {}
 
 
 def _sensor_model(
@@ -92,7 +90,7 @@ def _sensor_model(
         (k, term)
         for k, name in enumerate(constants)
         for term in [target_term(sensor, name)]
-        if term is not None and (name in setup.target_terms or name in usual_constants(setup, sensor))
+        if term is not None and (name in setup.target_terms or name in sensor.kind.constants)
     ]
     metric = tuple(
         sensor.kind.sigma_key(j).endswith("_m") and unit == "rad"

@@ -47,6 +47,8 @@ class RecordingProblem:
         Of each sensor model, its sensor, and the one whose reports it comes with.
     constants : dict of str to float
         Terms of which each target has one of its own, with their expected spread, SI units.
+    known_constants : frozenset of str
+        Those whose spread is as expected.
     guess : PathPoints
         Where reports place the targets.
     unplaced : int
@@ -61,6 +63,7 @@ class RecordingProblem:
     owner: IntArray
     kinds: tuple[tuple[int, int], ...]
     constants: dict[str, float]
+    known_constants: frozenset[str]
     guess: PathPoints
     unplaced: int
 
@@ -119,7 +122,7 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
         reports, rows, owner = reports.take(keep, target), rows[keep], owner[tracks]
         guess = PathPoints(*(part[keep] for part in guess))
     lost = int((~placed).sum())
-    known = seen.kinds, seen.constants, guess, lost
+    known = seen.kinds, seen.constants, seen.known, guess, lost
     return RecordingProblem(recording, setup, model, reports, rows, owner, *known)
 
 

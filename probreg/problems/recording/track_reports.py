@@ -10,7 +10,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import ScalarEquations, TrackEquations, track_equations
-from probreg.problems.recording.sensor_model import SensorModel
+from probreg.problems.recording.sensor_model import ErrorTerm, SensorModel
 from probreg.sensors.axes import fall
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
@@ -152,11 +152,19 @@ class TrackReports:
             late[k] = sum(term.stamp * theta[c] for c, term in model.terms)
         return self.time - late[self.sensor]
 
-    def linearise(self, theta: FloatArray, path: PathPoints) -> TrackLinearisation:
+    @property
+    def varies(self) -> bool:
+        """Whether the column of some term depends on where targets are."""
+        return any(varies(term) for model in self.models for _, term in model.terms)
+
+    def linearise(
+        self, theta: FloatArray, path: PathPoints, steady: PathPoints | None = None
+    ) -> TrackLinearisation:
         """Equations tangent at biases theta (p,) and a path.
 
         Columns and directions are those at the path, never at the noisy report itself: the same
-        noise in both would bias the estimate.
+        noise in both would bias the estimate. Columns of terms are those at `steady`, if given: a
+        path that follows the reports less.
         """
         theta = finite_array("theta", theta, (self.num_biases,))
         time = self.shifted_time(theta)
@@ -178,6 +186,8 @@ class TrackReports:
                 where = _Where(given, place[given])
                 away = position[own] if self.own is None else position[own] - self.own[own]
                 at = _At(position[own], away, path.velocity[own])
+                if steady is not None:
+                    at = at._replace(steady=_steady(self, steady, time, own))
                 turn = None if self.turn is None else self.turn[own]
                 _write(scalar, where, model, theta, at, (self.values[own, :m], turn))
         targets = np.bincount(self.target, minlength=self.num_targets)
@@ -268,6 +278,21 @@ class _At(NamedTuple):
     position: FloatArray
     away: FloatArray
     velocity: FloatArray
+    steady: tuple[FloatArray, FloatArray] | None = None
+
+
+def _steady(
+    reports: TrackReports, steady: PathPoints, time: FloatArray, rows: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Places of a steady path from the platform, and its velocities, for some reports."""
+    velocity = steady.velocity[rows]
+    away = steady.position[rows] + (time - steady.time)[rows, None] * velocity
+    return (away if reports.own is None else away - reports.own[rows]), velocity
+
+
+def varies(term: ErrorTerm) -> bool:
+    """Whether a term's column depends on where the target is."""
+    return bool(getattr(term, "varies", True))
 
 
 def _write(
@@ -282,21 +307,21 @@ def _write(
     given, rows = where
     seen = model.axes.observe(at.away)
     values, turn = said
-    expected = seen.value
-    if turn is not None and model.azimuth is not None:
-        expected = expected.copy()
-        expected[:, model.azimuth] -= turn
+    expected = _turned(model, seen.value, turn)
     gradient = model.mixed(seen.gradient)
     moved = np.einsum("nqd,nd->nq", gradient, at.velocity)
+    smooth, flow = expected, moved
+    if at.steady is not None and any(varies(term) for _, term in model.terms):
+        smooth = _turned(model, model.axes.observe(at.steady[0]).value, turn)
+        flow = np.einsum("nqd,nd->nq", gradient, at.steady[1])
     off = values - expected
     assert scalar.column is not None
     assert scalar.response is not None
     assert scalar.constants is not None
     for j, (c, term) in enumerate(model.terms):
-        own = term.column(expected)
-        off = off - theta[c] * own
+        off = off - theta[c] * term.column(expected)
         scalar.column[rows, j] = c
-        own = model.mixed(seen.factor * own) - term.stamp * moved
+        own = model.mixed(seen.factor * term.column(smooth)) - term.stamp * flow
         scalar.response[rows, j] = own[given]
     for c, term in model.own:
         own = model.mixed(seen.factor * term.column(expected)) - term.stamp * moved
@@ -309,3 +334,12 @@ def _write(
     lever = np.where(seen.factor > 0.0, seen.factor, 1.0)
     sd = np.where(model.metric, 1.0, lever) * model.sigmas
     scalar.variance[rows] = (sd**2)[given]
+
+
+def _turned(model: SensorModel, value: FloatArray, turn: FloatArray | None) -> FloatArray:
+    """Noise-free reports (n, q) as a sensor counts azimuth whose heading turns it."""
+    if turn is None or model.azimuth is None:
+        return value
+    value = value.copy()
+    value[:, model.azimuth] -= turn
+    return value

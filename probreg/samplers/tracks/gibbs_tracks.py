@@ -107,14 +107,16 @@ def _acceleration(
     model: TrackModel, point: Point, step: float, rng: np.random.Generator
 ) -> tuple[Point, Solution]:
     """A Metropolis step of the acceleration's logarithm, biases and paths integrated out."""
-    here = solve(model, point)
     if step == 0.0:
-        return point, here
+        return point, solve(model, point)
+    # the acceleration is drawn from what it is, whatever biases are solved under
+    here = solve(model, point, 1.0)
     moved = replace(point, q=float(point.q * np.exp(step * rng.standard_normal())))
-    there = solve(model, moved)
+    there = solve(model, moved, 1.0)
     gain = there.log_marginal - here.log_marginal
     gain += log_prior(model, np.log(moved.q)) - log_prior(model, np.log(point.q))
-    return (moved, there) if np.log(rng.random()) < gain else (point, here)
+    point, found = (moved, there) if np.log(rng.random()) < gain else (point, here)
+    return point, found if model.caution == 1.0 else solve(model, point)
 
 
 def _levels(model: TrackModel, point: Point, theta: FloatArray, rng: np.random.Generator) -> Point:
@@ -139,7 +141,7 @@ def _acceleration_sd(fit: TrackFit) -> float:
     heights = []
     for side in (-1.0, 0.0, 1.0):
         moved = replace(point, q=float(point.q * np.exp(side * width)))
-        heights.append(solve(model, moved).log_marginal + log_prior(model, np.log(moved.q)))
+        heights.append(solve(model, moved, 1.0).log_marginal + log_prior(model, np.log(moved.q)))
     bend = (2.0 * heights[1] - heights[0] - heights[2]) / width**2
     return float(1.0 / np.sqrt(max(bend, model.acceleration_log_sd**-2)))
 
@@ -185,7 +187,8 @@ def _parameters(
     if model.reports.num_constants:
         square, K = constant_square(model, point, paths)
         about = CONSTANT_TARGETS * np.asarray(model.constant_sd) ** 2
-        spread = np.sqrt((square + about) / rng.chisquare(K + CONSTANT_TARGETS, len(square)))
+        drawn_sd = np.sqrt((square + about) / rng.chisquare(K + CONSTANT_TARGETS, len(square)))
+        spread = np.where(model.constant_known, model.constant_sd, drawn_sd)
     return replace(point, laws=tuple(laws), wrong=wrong, constant_sd=spread)
 
 

@@ -8,9 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from probreg.sensors._kind import Kind
-from probreg.sensors.heights import FOOT_M
+from probreg.sensors.heights import FOOT_M, STEPS_M, quantisation_variance
 from probreg.sensors.kinds._height import HeightSensor
 from probreg.typing import FloatArray
+
+ROUNDING_M = float(np.sqrt(quantisation_variance(STEPS_M[0])))  # of the coarsest steps
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Barometer(HeightSensor):
         others={"flight_level": 100.0 * FOOT_M},
         beside=10.0,
         terms=("height", "height_gain"),
-        constants={"height": 5.0},
+        constants={"height": ROUNDING_M},
     )
 
     @property

@@ -28,10 +28,13 @@ class Term(ABC):
         Of the coefficient: "m", "rad", "s" or "m/m".
     stamp : float
         Derivative of the report's time stamp by the coefficient.
+    varies : bool
+        Whether its effect depends on where the target is, or how it moves.
     """
 
     sensor: Sensor
     stamp: ClassVar[float] = 0.0
+    varies: ClassVar[bool] = True
 
     @property
     @abstractmethod

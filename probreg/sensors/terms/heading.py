@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -19,6 +19,8 @@ class Heading(Term):
     One coefficient, "platform.heading", for all sensors of a recording's platform. It moves
     the azimuths of one sensor just as that sensor's own offset does.
     """
+
+    varies: ClassVar[bool] = False
 
     @property
     def name(self) -> str:

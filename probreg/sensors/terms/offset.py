@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 from probreg.sensors import Sensor
 from probreg.sensors.terms._term import Term, component
@@ -22,6 +22,8 @@ class Offset(Term):
     """
 
     part: str
+
+    varies: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
