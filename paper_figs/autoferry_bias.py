@@ -35,7 +35,8 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         axes.set_xticks([*range(len(scenarios)), len(scenarios) + 0.5],
                         [*map(str, scenarios), "all"])  # fmt: skip
         rows.append([f"{bias} ({unit})"])
-        rows += [_row(s, k, one, posterior, direct, scale) for k, s in enumerate(scenarios)]
+        own = scale * data["own"].sel(polar=bias).values if bias in data["polar"] else None
+        rows += [_row(s, k, one, scale, own) for k, s in enumerate(scenarios)]
     for axes in grid[-1]:
         axes.set_xlabel("scenario")
     shared_legend(figure, grid[0, 0], 3, fontsize=7)
@@ -50,6 +51,7 @@ def draw(profile: str, results: Path, out: Path) -> list[Path]:
         "scenario",
         "posterior",
         "direct",
+        "posterior, target terms",
         "uncorrected",
         "own bias (in sample)",
         "the others' bias",
@@ -81,18 +83,14 @@ def _against_lidar(axes: plt.Axes, apart: np.ndarray) -> None:
                   label="posterior, radar against lidar")  # fmt: skip
 
 
-def _row(
-    scenario: int,
-    k: int,
-    one: xr.Dataset,
-    posterior: np.ndarray,
-    direct: np.ndarray,
-    scale: float,
-) -> list[str]:
-    score = scale * one["score"].values[k]
+def _row(scenario: int, k: int, one: xr.Dataset, scale: float, own: np.ndarray | None) -> list[str]:
+    posterior, direct, score = (
+        scale * one[name].values[k] for name in ("posterior", "direct", "score")
+    )
     return [
         f"  {scenario}",
-        f"{posterior[k, 0]:.2f} ± {posterior[k, 1]:.2f}",
-        f"{direct[k, 0]:.2f} ± {direct[k, 1]:.2f}",
+        f"{posterior[0]:.2f} ± {posterior[1]:.2f}",
+        f"{direct[0]:.2f} ± {direct[1]:.2f}",
+        "" if own is None else f"{own[k, 0]:.2f} ± {own[k, 1]:.2f}",
         *(f"{value:.2f}" for value in score),
     ]

@@ -47,6 +47,7 @@ class Config:
     bootstraps: int = 1000
     common_sd: tuple[float, float] = (20.0, 0.2)
     spread_sd: tuple[float, float] = (5.0, 0.1)
+    target_terms: tuple[float, float] = (2.0, 0.01)  # range, azimuth: hulls about their antennas
 
     def resolved(self) -> dict[str, Any]:
         """Every number that the results depend on, for the manifest."""
@@ -69,20 +70,25 @@ def missing() -> str:
 
 
 def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
-    """All scenarios: posteriors against GNSS, radar against lidar, direct offsets, pooling."""
+    """All scenarios: posteriors against GNSS, radar against lidar, direct offsets, pooling.
+
+    `own` are the posteriors of radar and lidar if each vessel has errors of its own.
+    """
     folder = Path(os.environ[VARIABLE]) / "autoferry"
     names = [*BIASES, *BEARINGS]
-    table: dict[str, list[Any]] = {k: [] for k in ("posterior", "direct", "relative", "count")}
+    terms = dict(zip(("range", "azimuth"), config.target_terms, strict=True))
+    kinds = "posterior", "own", "direct", "relative", "count"
+    table: dict[str, list[Any]] = {kind: [] for kind in kinds}
     residuals: list[list[FloatArray]] = []
     for number in config.scenarios:
         recording, setup = autoferry.read(folder, number), autoferry.setup()
         # cameras see much that is no vessel with GNSS: a narrower gate
         cameras = dataclasses.replace(setup, gate_m=config.camera_gate_m)
-        truth = [
-            _register(recording, part, own, config, rng)
-            for part, own in ((REFERENCE, setup), (CAMERAS, cameras))
-        ]
+        hulls = dataclasses.replace(setup, target_terms=terms)
+        parts = (REFERENCE, setup), (CAMERAS, cameras), (REFERENCE, hulls)
+        *truth, own = [_register(recording, part, one, config, rng) for part, one in parts]
         table["posterior"].append(np.concatenate([_summary(r, None) for r in truth])[_order(truth)])
+        table["own"].append(_summary(own, BIASES))
         found = [_residuals(recording, name, config) for name in names]
         direct = [_robust(time, values, config, rng) for time, values in found]
         table["direct"].append(direct)
@@ -98,6 +104,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
     return xr.Dataset(
         {
             "posterior": (("scenario", "bias", "number"), posterior),
+            "own": (("scenario", "polar", "number"), np.array(table["own"])),
             "direct": (("scenario", "bias", "moment"), np.array(table["direct"])),
             "count": (("scenario", "bias"), np.array(table["count"])),
             "relative": (("scenario", "component", "number"), np.array(table["relative"])),
@@ -110,6 +117,7 @@ def replicate(config: Config, rng: np.random.Generator) -> xr.Dataset:
         {
             "scenario": list(config.scenarios),
             "bias": names,
+            "polar": list(BIASES),
             "component": list(RELATIVE),
             "number": ["mean", "sd", "low", "high"],
             "moment": ["median", "error"],

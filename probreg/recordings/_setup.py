@@ -31,8 +31,8 @@ class Setup:
     body_frame : frozenset of str
         Sensors whose azimuth counts from the platform's heading.
     acceleration_m_s2 : float
-        Standard deviation of the targets' acceleration over one second: how far a target may
-        leave a straight line between its reports.
+        Standard deviation of the targets' acceleration over one second, white noise: a first
+        guess, the density is estimated with its square as the prior median.
     gate_m : float
         Largest distance at which reports are taken for one target.
     max_speed_m_s : float

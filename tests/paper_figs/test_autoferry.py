@@ -51,6 +51,18 @@ def test_radar_range_is_that_computed_from_gnss(results):
         assert (one["score"].sel(correction="own") < one["score"].sel(correction="none")).any()
 
 
+def test_errors_of_the_vessels_themselves_are_allowed_for(results):
+    data, _ = load_result("autoferry", "quick", results)
+    one = data.isel(replicate=0)
+    biases = one["polar"].values
+    own = one["own"].sel(number="sd").values
+    alone = one["posterior"].sel(bias=biases, number="sd").values
+    assert (own > 2.0 * alone).all()
+    # two vessels only: their mean, by GNSS alone, lies within what is claimed
+    median = one["direct"].sel(bias=biases, moment="median").values
+    assert (np.abs(one["own"].sel(number="mean").values - median) < 3.0 * own).all()
+
+
 def test_without_the_recordings_it_is_left_out_and_says_why(monkeypatch, tmp_path):
     monkeypatch.setenv("PROBREG_DATA", str(tmp_path))
     assert "Get it from its publishers" in load_study("autoferry").missing()
