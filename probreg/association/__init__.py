@@ -1,6 +1,5 @@
-"""Whose report is it? Pairs of one frame, missing identities, doubts, and tracks of identities."""
+"""Whose report is it? Pairs of one frame, missing identities, and tracks of identities."""
 
-from probreg.association._doubt import OFF_PATH, TOO_FAST, doubt_identities, doubts
 from probreg.association._identify import associate
 from probreg.association._intervals import comparison_window, usual_intervals
 from probreg.association.nearest_neighbours import (
@@ -13,14 +12,10 @@ from probreg.association.nearest_neighbours import (
 from probreg.association.segments import segments
 
 __all__ = [
-    "OFF_PATH",
-    "TOO_FAST",
     "Objective",
     "assign",
     "associate",
     "comparison_window",
-    "doubt_identities",
-    "doubts",
     "nearest_neighbours",
     "segments",
     "squared_distances",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from probreg import PositionSensor, Radar2D, Radar3D
-from probreg.association import associate, doubts
+from probreg.association import associate
 from probreg.recordings import UNKNOWN, Recording, Setup, observing_axes
 from probreg.sensors import known_kinds
 from probreg.sensors.frame import LocalFrame
@@ -61,7 +61,6 @@ def test_slant_ranges_find_their_targets(carriers):
     rng = np.random.default_rng(5)
     recording, setup = fly(rng, carriers)
     truth = recording.target
-    assert not doubts(recording, setup, np.zeros(1)).any()
     blind = np.where(recording.sensor == GNSS, truth, UNKNOWN)
     found = associate(dataclasses.replace(recording, target=blind), setup).target
     for k in np.unique(recording.sensor):
@@ -75,18 +74,3 @@ def test_slant_ranges_find_their_targets(carriers):
     assert purity(found, truth) > 0.99
     assert len(np.unique(found[found != UNKNOWN])) < 1.1 * TARGETS
     np.testing.assert_array_equal(found, found[recording.beside])
-
-
-@pytest.mark.parametrize("carriers", ["", "ab"])
-def test_wrong_identities_are_doubted(carriers):
-    rng = np.random.default_rng(6)
-    recording, setup = fly(rng, carriers)
-    wrong = (rng.random(len(recording)) < 0.1)[recording.beside]
-    other = (
-        recording.target + rng.integers(1, TARGETS, len(recording))[recording.beside]
-    ) % TARGETS
-    said = dataclasses.replace(recording, target=np.where(wrong, other, recording.target))
-    why = doubts(said, setup, np.zeros(1))
-    assert (why[wrong] > 0).mean() > 0.99
-    assert (why[~wrong] > 0).mean() < 0.03
-    np.testing.assert_array_equal(why, why[recording.beside])
