@@ -12,6 +12,7 @@ from probreg.registration.residuals import left_out_of
 from probreg.typing import FloatArray
 
 _FEWEST = 50  # reports from which a spread can be estimated
+_ENOUGH = 20_000  # that settle it
 _OWN = 0.1  # of a residual's variance; below, the path's own error hides the sensor's
 _ERROR = 2.33  # sd of a robust variance, over the variance, times root n
 _BELIEVED = 0.5  # probability of being of another target, below which a report counts
@@ -65,6 +66,7 @@ def accuracies(problem: RecordingProblem, fit: TrackFit) -> list[Accuracy]:
             own = np.flatnonzero(fine & (sensor == k) & (component == j))
             if len(own) < _FEWEST:
                 continue
+            own = own[:: -(-len(own) // _ENOUGH)]
             path, declared = left.path_variance[own], tangent.equations.variance[own]
             factor = variance_factor(left.residual[own] ** 2, path, declared)
             share = float(np.median(factor * declared / (path + factor * declared)))

@@ -18,7 +18,7 @@ from probreg.typing import BoolArray, FloatArray
 
 SETTLED = 0.02  # posterior standard deviations of a last step,
 NEARLY = 0.3  # and of one after which tangent or identities change
-MOST_STEPS = 30
+MOST_STEPS, FULL_STEPS, STALLED = 30, 4, 0.95
 LONE_WEIGHT = 1e-5
 
 
@@ -103,12 +103,22 @@ def settled(model: TrackModel, start: Start, tangents: int) -> Search:
 
 
 def rest(model: TrackModel, point: Point, theta: FloatArray, least: float) -> Search:
-    """Steps until the biases stay where they are."""
-    for _ in range(MOST_STEPS - 1):
+    """Steps until the biases stay where they are.
+
+    Reports may hand their weight to and fro for ever: where steps no longer shrink they go half
+    way.
+    """
+    before, half = np.inf, False
+    for k in range(MOST_STEPS - 1):
         search = step(model, point)
-        away = np.abs(search.solution.theta - theta)
-        if np.all(away < least * np.sqrt(np.diag(search.solution.covariance))):
+        sd = np.sqrt(np.diag(search.solution.covariance))
+        away = float((np.abs(search.solution.theta - theta) / sd).max(initial=0.0))
+        if away < least:
             return search._replace(settled=True)
-        point, theta = search.point, search.solution.theta
+        half |= k >= FULL_STEPS and away > STALLED * before
+        if half:
+            weights = 0.5 * (search.before.weights + search.point.weights)
+            search = search._replace(point=replace(search.point, weights=weights))
+        point, theta, before = search.point, search.solution.theta, away
         del search  # room for the next
     return step(model, point)
