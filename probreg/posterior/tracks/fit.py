@@ -29,7 +29,7 @@ WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused
 STEPS_EACH = 2
 FIRST_REPORTS = 8_000  # enough to come near the mode of many
 ONLY_PATHS = (10.0, 1.0)  # where biases and laws are known from some of the targets
-GENEROUS = 9.0  # acceleration at first, over the prior's: weights of zero absorb
+GENEROUS = 900.0  # acceleration at first, over the prior's: a refused turn is never taken back
 TANGENTS = 2  # at smoothed paths; the first is at the reports themselves
 OFFERS = 2
 
