@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,8 @@ from probreg.scenarios.traffic import TrafficScene, TrafficTruth, simulate
 from tests.posterior.traffic_tracks import model_of, oracle
 
 DIRTY = {"wrong_share": 0.2, "outlier_share": 0.05}
+SCENES = {"clean": {}, "outliers": {"outlier_share": 0.05}, "dirty": DIRTY}
+KNOWN_M = 1_000.0
 
 
 class Drawn(NamedTuple):
@@ -124,3 +127,65 @@ def in_pairs(drawn: Drawn, gap_m: float, exchanged: float, seed) -> Drawn:
     return both._replace(
         recording=replace(both.recording, target=target), truth=replace(both.truth, wrong=swap)
     )
+
+
+class Numbers(NamedTuple):
+    """Of one recording, by bias or by report; `claimed` is of the reconstructed positions."""
+
+    z: np.ndarray
+    held: np.ndarray
+    error: np.ndarray
+    sd: np.ndarray
+    bad: np.ndarray
+    wrong: np.ndarray
+    outlier: np.ndarray
+    distance2: np.ndarray
+    claimed: np.ndarray
+    off: np.ndarray
+
+    @property
+    def good(self) -> np.ndarray:
+        return ~self.wrong & ~self.outlier
+
+    @property
+    def refused(self) -> float:
+        """Share of the good reports that are not believed."""
+        return float((self.bad[self.good] > 0.5).mean())
+
+
+def numbers(one: Run) -> Numbers:
+    recording, _, truth = one.drawn
+    assert (one.found.problem.rows == np.arange(len(recording))).all()
+    wrong = recording.target != truth.target
+    error, sd = one.found.mean - one.bias, one.found.sd
+    places = positions(one)
+    return Numbers(one.z, one.held, error, sd, one.found.bad, wrong, truth.outlier, *places)
+
+
+def positions(one: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of reports believed, of the target that their track is of, and claimed to a kilometre.
+
+    Squared distances of the true positions in claimed covariances, claimed and true mean squares.
+    A target seen once or twice, moving as fast as it may, is claimed to no more than it is.
+    """
+    table, truth = one.found.tracks(), one.drawn.truth
+    report = table["report"].to_numpy()
+    owner = one.found.problem.owner[table["track"].to_numpy()]
+    own = (owner == truth.target[report]) & table["used"].to_numpy()
+    away = (table[["x", "y"]].to_numpy() - truth.positions[report, :2])[own]
+    C = np.empty((len(away), 2, 2))
+    C[:, 0, 0], C[:, 1, 1] = table["cov_xx"][own], table["cov_yy"][own]
+    C[:, 0, 1] = C[:, 1, 0] = table["cov_xy"][own]
+    known = np.trace(C, axis1=1, axis2=2) < KNOWN_M**2
+    away, C = away[known], C[known]
+    distance2 = np.einsum("ni,nij,nj->n", away, np.linalg.inv(C), away)
+    return distance2, np.trace(C, axis1=1, axis2=2), (away**2).sum(axis=1)
+
+
+@cache
+def seen(scene: str, seed: int, reports: int = 5_000) -> Numbers:
+    return numbers(run(draw([5, seed, reports], reports=reports, **SCENES[scene]), seed))
+
+
+def rms(values) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
