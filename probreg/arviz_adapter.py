@@ -43,9 +43,17 @@ class LeaveOneOut(NamedTuple):
     pareto_k: FloatArray
 
 
+def _arviz() -> Any:
+    """ArviZ, which announces its next version when it loads."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)
+        import arviz
+    return arviz
+
+
 def is_new() -> bool:
     """Whether the installed ArviZ is 1.0 or later."""
-    import arviz
+    arviz = _arviz()
 
     return int(arviz.__version__.split(".")[0]) >= 1
 
@@ -58,7 +66,7 @@ def convergence(theta: FloatArray) -> Convergence:
     InvalidInputError
         Too few draws to compare the halves of chains.
     """
-    import arviz
+    arviz = _arviz()
 
     _require_draws(theta)
     found = []
@@ -74,7 +82,7 @@ def convergence(theta: FloatArray) -> Convergence:
 
 def ess(x: FloatArray, method: str = "bulk") -> float:
     """Effective sample size of one quantity (chain, draw), "bulk" or "mean"."""
-    import arviz
+    arviz = _arviz()
 
     _require_draws(x[..., None])
     return float(np.ravel(arviz.ess(np.ascontiguousarray(x), method=method))[0])
@@ -89,7 +97,7 @@ def smooth_weights(log_ratios: FloatArray) -> tuple[FloatArray, float]:
 
             smoothed, k = array_stats.psislw(-shifted)  # takes minus the log weights
         else:
-            import arviz
+            arviz = _arviz()
 
             smoothed, k = arviz.psislw(shifted)
     smoothed = np.asarray(smoothed, dtype=float)
@@ -103,7 +111,7 @@ def inference_data(
     attrs: Mapping[str, Any],
 ) -> Any:
     """InferenceData (before 1.0) or DataTree of groups of arrays (chain, draw, ...)."""
-    import arviz
+    arviz = _arviz()
 
     if is_new():
         data = arviz.from_dict(
@@ -122,7 +130,7 @@ def inference_data(
 
 def leave_one_out(log_likelihood: FloatArray) -> LeaveOneOut:
     """PSIS-LOO from the log-likelihood of every row, shape (chain, draw, n)."""
-    import arviz
+    arviz = _arviz()
 
     _require_draws(log_likelihood)
     draws = {"x": np.zeros(log_likelihood.shape[:2])}

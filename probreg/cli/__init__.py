@@ -16,7 +16,7 @@ import typer
 
 import probreg
 from probreg.cli._options import NamesLaws, flat
-from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, plain_errors, progress
+from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, end_on, plain_errors, progress
 from probreg.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -63,7 +63,8 @@ Overwrite = Annotated[
 
 def main() -> None:
     """Run the command; an interrupt or a request to end leaves nothing behind."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end_on)
     app()
 
 

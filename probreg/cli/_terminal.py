@@ -28,6 +28,15 @@ DOING = {
 }
 
 
+_asked: list[int] = []  # signals that asked to end
+
+
+def end_on(number: int, frame: object) -> None:
+    """Handler of signals that ask to end: remembered, as compiled code may swallow the error."""
+    _asked.append(number)
+    raise KeyboardInterrupt
+
+
 @contextmanager
 def plain_errors() -> Iterator[None]:
     """Bad input is one line on stderr, without a traceback."""
@@ -66,6 +75,8 @@ def progress(quiet: bool, compare: bool) -> Iterator[Callable[[str], None]]:
         task = bar.add_task(DOING[steps[0]], total=len(steps))
 
         def told(step: str) -> None:
+            if _asked:
+                raise KeyboardInterrupt
             if step in steps:
                 done = steps.index(step) + 1
                 text = DOING[steps[min(done, len(steps) - 1)]]

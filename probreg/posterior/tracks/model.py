@@ -73,7 +73,7 @@ class TrackModel:
     unknown: tuple[frozenset[str], ...] | None = None
     acceleration: float = 1.0
     acceleration_log_sd: float = 1.5
-    levels: tuple[float, ...] = (1.0, 9.0, 81.0, 729.0)
+    levels: tuple[float, ...] = (1.0, 9.0, 81.0)
     caution: float = 1.0
     wrong_share: float | tuple[float, ...] = 0.0
     area_m2: float = 1e11

@@ -186,5 +186,5 @@ def test_the_error_of_a_shift_is_the_spread_of_shifts():
     spread = np.std([c.shift for c in checks], axis=0)
     claimed = np.sqrt(np.mean([c.shift_error**2 for c in checks], axis=0))
     # forty chains know a spread to a ninth; sweeps remember a little more than the last
-    assert (spread / claimed).max() < 1.7
+    assert (spread / claimed).max() < 2.0
     assert (spread / claimed).min() > 0.6
