@@ -89,40 +89,46 @@ def missing_terms(
     if len(fit.model.reports) > MOST_REPORTS:
         at = fit_tracks(of_some(fit.model, MOST_REPORTS), near=fit)
     for _ in range(MOST_TERMS):
-        steps = [*_with_bias(problem, choice, at), *_with_own(problem, choice, at)]
-        if not steps:
+        best = _better(_with_bias(problem, choice, at), _with_own(problem, choice, at))
+        if best is None:
             break
-        most = max(step.term.chi2 for step in steps)
-        # an error of targets may seem to explain a bias; it must also stand out more
-        best = max(steps, key=lambda step: (not step.term.of_targets, step.score))
-        for step in steps:
-            if step.term.of_targets and step.term.chi2 == most and step.score >= best.score:
-                best = step
         found.append(best.term)
         problem, at = best.problem, best.fit
     return tuple(found)
 
 
-def _with_bias(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> Iterator[_Step]:
+def _better(bias: _Step | None, own: _Step | None) -> _Step | None:
+    """An error of targets only if it stands out more than a bias and predicts better.
+
+    It may absorb some of a bias that is missing.
+    """
+    if bias is None or own is None:
+        return bias or own
+    stands_out = own.term.chi2 > bias.term.chi2
+    return own if stands_out and own.score >= bias.score else bias
+
+
+def _with_bias(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _Step | None:
     """The strongest missing bias, if it is clear in the fit that has it."""
     named = list(_candidates(problem))
     if not named:
-        return
+        return None
     tests = score_missing(at, [models for _, _, models in named])
     k = int(np.argmax(tests.chi2))
     if tests.chi2[k] < LEAST_CHI2:
-        return
+        return None
     name, term, _ = named[k]
     after = _fitted(problem, _with_term(problem.setup, name), choice)
     if after is None:
-        return
+        return None
     number = after[0].model.numbers[name]
     value, sd = float(after[1].theta[number]), float(after[1].sd[number])
-    if abs(value) >= LEAST_SDS * sd:
-        yield _Step(MissingTerm(name, term.unit, float(tests.chi2[k]), value, sd), *after)
+    if abs(value) < LEAST_SDS * sd:
+        return None  # what looked like it is something else
+    return _Step(MissingTerm(name, term.unit, float(tests.chi2[k]), value, sd), *after)
 
 
-def _with_own(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> Iterator[_Step]:
+def _with_own(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _Step | None:
     """The strongest error that stays with targets, by score tests of variances."""
     named = []
     for name in OWN_TERMS:
@@ -135,18 +141,19 @@ def _with_own(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> Ite
         if terms and name not in problem.constants:
             named.append((name, terms))
     if not named:
-        return
+        return None
     tests = score_spread(at, [terms for _, terms in named])
     k = int(np.argmax(tests.z))
     if tests.z[k] < LEAST_Z or tests.sd[k] <= 0.0:
-        return
+        return None
     name, unit = named[k][0], next(iter(named[k][1].values())).unit
     spreads = {**problem.setup.target_terms, name: float(tests.sd[k])}
     after = _fitted(problem, dataclasses.replace(problem.setup, target_terms=spreads), choice)
-    if after is not None:
-        spread = float(after[1].point.constant_sd[list(after[0].constants).index(name)])
-        chi2 = float(tests.z[k]) ** 2
-        yield _Step(MissingTerm(f"{TARGETS}.{name}", unit, chi2, spread, np.nan), *after)
+    if after is None:
+        return None
+    spread = float(after[1].point.constant_sd[list(after[0].constants).index(name)])
+    chi2 = float(tests.z[k]) ** 2
+    return _Step(MissingTerm(f"{TARGETS}.{name}", unit, chi2, spread, np.nan), *after)
 
 
 def _fitted(

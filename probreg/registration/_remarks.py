@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from probreg.association.segments import GAP_S
 from probreg.posterior.tracks import TrackFit
 from probreg.problems.recording import RecordingProblem
 from probreg.recordings import Recording
@@ -42,7 +43,7 @@ def remarks(
     return (
         *at_once(given),
         *linked,
-        *unplaced(problem),
+        *cut_short(problem),
         *wrong_identities(problem, fit),
         *fast(problem, fit),
         *stamps(given),
@@ -85,8 +86,8 @@ def far(names: Sequence[str], mean: FloatArray, prior_sd: FloatArray) -> list[st
     ]
 
 
-def unplaced(problem: RecordingProblem) -> list[str]:
-    """How many reports say nothing, as nothing places their target."""
+def cut_short(problem: RecordingProblem) -> list[str]:
+    """What the tracks leave out or cut: targets that nothing places, long gaps, lone reports."""
     lone = int((problem.reports.counts == 1).sum())
     said = []
     if problem.unplaced:
@@ -94,8 +95,14 @@ def unplaced(problem: RecordingProblem) -> list[str]:
             f"{problem.unplaced} reports are of targets that nothing places (bearings that do not "
             "meet); they were left out."
         )
+    split = len(problem.owner) - len(np.unique(problem.owner))
+    if split:
+        said.append(
+            f"{split} times an identity was away for more than {GAP_S:g} s: no motion is known "
+            "over such a gap, so what follows is a track of its own."
+        )
     if lone:
-        said.append(f"{lone} targets have one report only, which says nothing of the biases.")
+        said.append(f"{lone} tracks have one report only, which tells nothing of the biases.")
     return said
 
 

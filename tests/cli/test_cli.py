@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -14,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 import probreg
-from probreg.cli import app
+from probreg.cli import _terminal, app
 from probreg.cli._terminal import DOING
 from probreg.registration import STEPS, known_laws
 from probreg.scenarios.demonstration import demonstration
@@ -273,6 +274,16 @@ def test_an_interrupt_leaves_nothing_behind(demo, tmp_path, number):
     assert process.returncode == 130
     assert said == "probreg: interrupted; nothing was written.\n"
     assert {path.name for path in tmp_path.iterdir()} == {"reports.csv", "sensors.toml"}
+
+
+def test_an_interrupt_that_compiled_code_swallows_ends_the_run_at_the_next_step(monkeypatch):
+    monkeypatch.setattr(_terminal, "_asked", [])
+    with _terminal.progress(quiet=True, compare=False) as told:
+        told("read")
+        with contextlib.suppress(KeyboardInterrupt):  # as compiled code does
+            _terminal.end_on(signal.SIGINT, None)
+        with pytest.raises(KeyboardInterrupt):
+            told("associate")
 
 
 def test_further_bias_terms_are_compared(demo, tmp_path):

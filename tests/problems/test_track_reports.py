@@ -8,14 +8,15 @@ import numpy as np
 import pyproj
 import pytest
 
-from probreg import ReportProblem
+from probreg import Radar2D, ReportProblem
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import eliminate_paths, smooth_tracks, track_motion
 from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.sensors import terms
-from probreg.sensors.axes import HeightAxes, PolarAxes, PositionAxes, fall
+from probreg.sensors.axes import HeightAxes, PolarAxes, PositionAxes, Site, fall
+from probreg.sensors.terms import known_terms
 from tests.conftest import PAIR_BIAS, polar_reports, radar_pair
 
 
@@ -169,6 +170,7 @@ class Late:
     """A clock that is ahead, free of any sensor class."""
 
     stamp: float = 1.0
+    varies: bool = True
 
     def column(self, reports):
         return np.zeros_like(reports)
@@ -180,6 +182,7 @@ class Constant:
 
     component: int
     stamp: float = 0.0
+    varies: bool = False
 
     def column(self, reports):
         out = np.zeros_like(reports)
@@ -317,3 +320,22 @@ def test_an_azimuth_on_the_vertical_of_its_sensor_says_nothing():
     assert (equations.variance > 0.0).all()
     assert (equations.h[1] == 0.0).all()
     assert equations.y[1] == 0.0
+
+
+def test_columns_are_those_of_a_steady_path_and_all_else_of_the_path():
+    gain = Radar2D((0.0, 0.0), 30.0, 1e-3, "a")
+    terms = known_terms(gain)
+    model = SensorModel(gain.axes(Site(2)), gain.sigmas, ((0, terms["range_gain"]), (1, Late())))
+    there, steady = np.array([[3e4, 4e4]]), np.array([[6e4, 8e4]])
+    fast = np.array([[100.0, 0.0]])
+    reports = TrackReports(
+        (model,), np.array([0]), np.array([0]), np.zeros(1), np.array([[5e4, 0.9]]), 2
+    )
+    path = PathPoints(np.zeros(1), there, np.zeros((1, 2)))
+    plain = reports.linearise(np.zeros(2), path).equations
+    found = reports.linearise(np.zeros(2), path, PathPoints(np.zeros(1), steady, fast)).equations
+    for name in ("y", "h", "variance"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
+    # the range of a place twice as far; minus the velocity along and across the line of sight
+    np.testing.assert_allclose(plain.response, [[5e4, 0.0], [0.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(found.response, [[1e5, -60.0], [0.0, 80.0]], rtol=1e-12, atol=1e-9)

@@ -36,6 +36,19 @@ def sensors_3d():
     )
 
 
+def reported(sensor, where, own, heading, theta):
+    """Noise-free reports (n, 3) with the biases of theta; NaN beyond the sensor's components."""
+    report = sensor.to_report(where, own)
+    if heading is not None:
+        report[:, 1] -= 0.5 * np.pi - heading if sensor.from_north else heading
+    terms = [t for n, t in known_terms(sensor).items() if f"{t.owner}.{n}" in theta]
+    terms = [t for t in terms if t.name != "heading"]
+    own_theta = np.array([theta[f"{t.owner}.{t.name}"] for t in terms])
+    values = np.full((len(where), 3), np.nan)
+    values[:, : report.shape[1]] = add_terms(terms, own_theta, report)
+    return values
+
+
 def fly(
     sensors,
     theta,
@@ -72,18 +85,12 @@ def fly(
             heading[:] = 0.3 + 0.01 * time
         if isinstance(sensor, BearingSensor):
             own = own + np.asarray(BEARINGS_FROM)
-        report = sensor.to_report(where, own)
-        if sensor.name in body_frame:
-            report[:, 1] -= 0.5 * np.pi - heading if sensor.from_north else heading
-        terms = [t for n, t in known_terms(sensor).items() if f"{t.owner}.{n}" in theta]
-        terms = [t for t in terms if t.name != "heading"]
-        own_theta = np.array([theta[f"{t.owner}.{t.name}"] for t in terms])
-        report = add_terms(terms, own_theta, report) + noise * (
+        turned_by = heading if sensor.name in body_frame else None
+        values = reported(sensor, where, own, turned_by, theta)
+        values[:, : len(sensor.bias_names)] += noise * (
             sensor.sample_noise(rng, len(time), where - own)
         )
         stamp = time + theta.get(f"{sensor.name}.time", 0.0)
-        values = np.full((len(time), 3), np.nan)
-        values[:, : report.shape[1]] = report
         recorded = heading + theta.get("platform.heading", 0.0)
         parts.append((np.full(len(time), k), stamp, values, target, own, recorded))
     sensor, time, values, target, own, heading = (

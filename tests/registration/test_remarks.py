@@ -6,9 +6,10 @@ import dataclasses
 
 import numpy as np
 
+from probreg import BearingSensor
 from probreg.recordings import Recording
 from probreg.registration import register
-from tests.registration.conftest import fly, sensors_2d
+from tests.registration.conftest import ANGLE, fly, sensors_2d
 
 
 def doubled(recording, rows):
@@ -50,3 +51,39 @@ def test_a_bias_that_no_prior_foresaw_is_remarked_on():
     for setup, expected in ((made.setup, 0), (tight, 1)):
         notes = register(made.recording, setup, rng=np.random.default_rng(1)).notes
         assert sum("prior standard deviations from zero" in note for note in notes) == expected
+
+
+def test_long_gaps_lone_reports_and_targets_that_nothing_places_are_remarked():
+    made = fly((*sensors_2d()[:2], BearingSensor(ANGLE, "eye")), {"a.range": 30.0}, scans=20)
+    recording = made.recording
+    target, time = recording.target.copy(), recording.time.copy()
+    away = (target == 0) & (time > 40.0)
+    time[away] += 1_000.0  # one identity comes back a quarter of an hour later
+    lone = np.flatnonzero((target == 1) & (recording.sensor == 0))[0]
+    target[lone] = 50
+    seen = np.flatnonzero((target == 2) & (recording.sensor == 2))
+    target[seen] = 60  # from one fixed place, bearings do not meet
+    order = np.argsort(time, kind="stable")
+    moved = Recording(
+        recording.sensors,
+        recording.sensor[order],
+        time[order],
+        recording.values[order],
+        target[order],
+        own_position=recording.own_position[order],
+    )
+    notes = register(moved, made.setup, rng=np.random.default_rng(1)).notes
+    said = " ".join(notes)
+    assert "1 times an identity was away for more than 300 s" in said
+    assert "1 tracks have one report only" in said
+    assert f"{len(seen)} reports are of targets that nothing places" in said
+    plain = " ".join(register(recording, made.setup, rng=np.random.default_rng(1)).notes)
+    assert "an identity was away" not in plain
+    assert "nothing places" not in plain
+    assert "one report only" not in plain
+
+
+def test_accuracies_of_the_others_are_told_beside_a_sensor_whose_errors_correlate():
+    made = fly(sensors_2d(), {"a.range": 30.0}, targets=30, scans=20)
+    found = register(made.recording, made.setup, rng=np.random.default_rng(1))
+    assert {one.sensor for one in found.accuracies} == {"a", "b"}

@@ -170,13 +170,15 @@ def _first(model: TrackModel) -> Point:
 def _near(model: TrackModel, known: Point, theta: FloatArray) -> Point:
     """The tangent at the reports themselves, with all but paths as known from other targets."""
     tangent, weights = _at_reports(model, theta)
+    # those targets may have flown straight: at least as generous as without them
+    generous = GENEROUS * max(1.0, model.acceleration / known.q)
     both = (known.wrong > 0.0) & (model.wrong_shares > 0.0)
     return replace(
         known,
         tangent=tangent,
         weights=weights,
         wrong=np.where(both, known.wrong, model.wrong_shares),
-        livelier=GENEROUS if model.acceleration_log_sd else 1.0,
+        livelier=generous if model.acceleration_log_sd else 1.0,
     )
 
 

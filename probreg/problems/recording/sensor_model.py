@@ -20,6 +20,10 @@ class ErrorTerm(Protocol):
     def stamp(self) -> float:
         """Derivative of the report's time stamp by the coefficient."""
 
+    @property
+    def varies(self) -> bool:
+        """Whether its effect depends on where the target is, or how it moves."""
+
     def column(self, reports: FloatArray) -> FloatArray:
         """Derivative (n, q) of true reports (n, q) by the coefficient."""
 
@@ -63,6 +67,11 @@ class SensorModel:
         object.__setattr__(self, "sigmas", sigmas)
         if not self.metric:
             object.__setattr__(self, "metric", (False,) * q)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the effect of some term depends on the path."""
+        return any(term.varies for _, term in self.terms)
 
     def mixed(self, parts: FloatArray) -> FloatArray:
         """Parts by component (n, q, ...), in metres, as parts whose errors are independent."""

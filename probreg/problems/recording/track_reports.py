@@ -4,33 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.motion.tracks import ScalarEquations, TrackEquations, track_equations
-from probreg.problems.recording.sensor_model import ErrorTerm, SensorModel
+from probreg.motion.tracks import ScalarEquations, track_equations
+from probreg.problems.recording.linearisation import (
+    At,
+    PathPoints,
+    TrackLinearisation,
+    Where,
+    write_equations,
+)
+from probreg.problems.recording.sensor_model import SensorModel
 from probreg.sensors.axes import fall
-from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import finite_array
 
 _BLOCK = 16_384  # reports linearised at once
-
-
-class PathPoints(NamedTuple):
-    """Where targets are at a time near that of each report, in the order of the reports.
-
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-    position, velocity : ndarray, shape (n, d)
-    """
-
-    time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +146,7 @@ class TrackReports:
     @property
     def varies(self) -> bool:
         """Whether the column of some term depends on where targets are."""
-        return any(varies(term) for model in self.models for _, term in model.terms)
+        return any(model.varies for model in self.models)
 
     def linearise(
         self, theta: FloatArray, path: PathPoints, steady: PathPoints | None = None
@@ -183,13 +174,13 @@ class TrackReports:
                 own = rows[block]
                 given = self.given[own, :m]
                 place = start[block, None] + self._place[own, :m]
-                where = _Where(given, place[given])
+                where = Where(given, place[given])
                 away = position[own] if self.own is None else position[own] - self.own[own]
-                at = _At(position[own], away, path.velocity[own])
+                at = At(position[own], away, path.velocity[own])
                 if steady is not None:
-                    at = at._replace(steady=_steady(self, steady, time, own))
+                    at = at._replace(steady=self._steady(steady, time, own))
                 turn = None if self.turn is None else self.turn[own]
-                _write(scalar, where, model, theta, at, (self.values[own, :m], turn))
+                write_equations(scalar, where, model, theta, at, (self.values[own, :m], turn))
         targets = np.bincount(self.target, minlength=self.num_targets)
         equations = track_equations(
             np.concatenate([[0], np.cumsum(targets)]),
@@ -199,6 +190,14 @@ class TrackReports:
             self._push(rows, position, path.velocity),
         )
         return TrackLinearisation(equations, rows, order, theta)
+
+    def _steady(
+        self, steady: PathPoints, time: FloatArray, rows: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Places of a steady path from the platform, and its velocities, for some reports."""
+        velocity = steady.velocity[rows]
+        away = steady.position[rows] + (time - steady.time)[rows, None] * velocity
+        return (away if self.own is None else away - self.own[rows]), velocity
 
     @cached_property
     def given(self) -> BoolArray:
@@ -236,110 +235,3 @@ class TrackReports:
         first = np.flatnonzero(np.diff(self.target[rows], prepend=-1))
         push[first] = here[first]
         return push
-
-
-@dataclass(frozen=True, eq=False)
-class TrackLinearisation:
-    """Equations of reports near biases and paths.
-
-    Attributes
-    ----------
-    equations : TrackEquations
-        In order of target and corrected time; biases are counted from `theta`.
-    rows : ndarray of int, shape (n,)
-        Which report stands in each place.
-    order : ndarray of int, shape (n,)
-        In which place each report stands.
-    theta : ndarray, shape (p,)
-    """
-
-    equations: TrackEquations
-    rows: IntArray
-    order: IntArray
-    theta: FloatArray
-
-    def path(self, states: FloatArray) -> PathPoints:
-        """Smoothed states (n, size) as a path in the order of the reports."""
-        d = self.equations.dim
-        own = states[self.order]
-        return PathPoints(self.equations.time[self.order], own[:, :d], own[:, d : 2 * d])
-
-
-class _Where(NamedTuple):
-    """Which components of a sensor's reports are given, (n, q), and where their equations stand."""
-
-    given: BoolArray
-    rows: IntArray
-
-
-class _At(NamedTuple):
-    """Where targets are, in the frame and from the platform, and how they move, (n, d)."""
-
-    position: FloatArray
-    away: FloatArray
-    velocity: FloatArray
-    steady: tuple[FloatArray, FloatArray] | None = None
-
-
-def _steady(
-    reports: TrackReports, steady: PathPoints, time: FloatArray, rows: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Places of a steady path from the platform, and its velocities, for some reports."""
-    velocity = steady.velocity[rows]
-    away = steady.position[rows] + (time - steady.time)[rows, None] * velocity
-    return (away if reports.own is None else away - reports.own[rows]), velocity
-
-
-def varies(term: ErrorTerm) -> bool:
-    """Whether a term's column depends on where the target is."""
-    return bool(getattr(term, "varies", True))
-
-
-def _write(
-    scalar: ScalarEquations,
-    where: _Where,
-    model: SensorModel,
-    theta: FloatArray,
-    at: _At,
-    said: tuple[FloatArray, FloatArray | None],
-) -> None:
-    """Fill in the equations of the reports of one sensor."""
-    given, rows = where
-    seen = model.axes.observe(at.away)
-    values, turn = said
-    expected = _turned(model, seen.value, turn)
-    gradient = model.mixed(seen.gradient)
-    moved = np.einsum("nqd,nd->nq", gradient, at.velocity)
-    smooth, flow = expected, moved
-    if at.steady is not None and any(varies(term) for _, term in model.terms):
-        smooth = _turned(model, model.axes.observe(at.steady[0]).value, turn)
-        flow = np.einsum("nqd,nd->nq", gradient, at.steady[1])
-    off = values - expected
-    assert scalar.column is not None
-    assert scalar.response is not None
-    assert scalar.constants is not None
-    for j, (c, term) in enumerate(model.terms):
-        off = off - theta[c] * term.column(expected)
-        scalar.column[rows, j] = c
-        own = model.mixed(seen.factor * term.column(smooth)) - term.stamp * flow
-        scalar.response[rows, j] = own[given]
-    for c, term in model.own:
-        own = model.mixed(seen.factor * term.column(expected)) - term.stamp * moved
-        scalar.constants[rows, c] += own[given]
-    off[:, model.axes.angles] = wrap_angle(off[:, model.axes.angles])
-    at_path = np.einsum("nqd,nd->nq", gradient, at.position)
-    scalar.y[rows] = (model.mixed(seen.factor * off) + at_path)[given]
-    scalar.h[rows] = gradient[given]
-    # a component that says nothing there, as an azimuth on a sensor's vertical, has no lever
-    lever = np.where(seen.factor > 0.0, seen.factor, 1.0)
-    sd = np.where(model.metric, 1.0, lever) * model.sigmas
-    scalar.variance[rows] = (sd**2)[given]
-
-
-def _turned(model: SensorModel, value: FloatArray, turn: FloatArray | None) -> FloatArray:
-    """Noise-free reports (n, q) as a sensor counts azimuth whose heading turns it."""
-    if turn is None or model.azimuth is None:
-        return value
-    value = value.copy()
-    value[:, model.azimuth] -= turn
-    return value

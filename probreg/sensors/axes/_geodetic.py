@@ -7,16 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from probreg.errors import InvalidInputError
 from probreg.sensors.axes._axes import Observed
+from probreg.sensors.axes._coordinates import Coordinates
 from probreg.sensors.axes._ellipsoid import Geodetic, Origin, geodetic, level, on_surface, radii
 from probreg.sensors.axes._ellipsoid import position as position_of
 from probreg.sensors.geometry import wrap_angle
-from probreg.typing import BoolArray, FloatArray
+from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
-class GeodeticAxes:
+class GeodeticAxes(Coordinates):
     """Latitude, longitude and height as metres: east along the parallel, north, and up.
 
     East is the length of the target's own parallel from the meridian of the origin, north is
@@ -42,24 +42,6 @@ class GeodeticAxes:
     origin: tuple[float, float, float]
     dim: int = 3
     components: int | None = None
-
-    def __post_init__(self) -> None:
-        if self._count > self.dim:
-            raise InvalidInputError(f"{self._count} coordinates reported in {self.dim} dimensions.")
-
-    @property
-    def _count(self) -> int:
-        return self.dim if self.components is None else self.components
-
-    @property
-    def angles(self) -> BoolArray:
-        """None."""
-        return np.zeros(self._count, dtype=bool)
-
-    @property
-    def vertical(self) -> BoolArray:
-        """The third."""
-        return np.arange(self._count) == 2
 
     @cached_property
     def _origin(self) -> Origin:

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from probreg.errors import InvalidInputError
 from probreg.sensors.axes._axes import Observed
-from probreg.typing import BoolArray, FloatArray
+from probreg.sensors.axes._coordinates import Coordinates
+from probreg.typing import FloatArray
 
 
 @dataclass(frozen=True)
-class PositionAxes:
+class PositionAxes(Coordinates):
     """Positions in the common frame, (x, y) or (x, y, z).
 
     Parameters
@@ -30,24 +30,6 @@ class PositionAxes:
 
     dim: int
     components: int | None = None
-
-    def __post_init__(self) -> None:
-        if self._count > self.dim:
-            raise InvalidInputError(f"{self._count} coordinates reported in {self.dim} dimensions.")
-
-    @property
-    def _count(self) -> int:
-        return self.dim if self.components is None else self.components
-
-    @property
-    def angles(self) -> BoolArray:
-        """None."""
-        return np.zeros(self._count, dtype=bool)
-
-    @property
-    def vertical(self) -> BoolArray:
-        """The third."""
-        return np.arange(self._count) == 2
 
     def observe(self, x: FloatArray) -> Observed:
         """The positions themselves."""
