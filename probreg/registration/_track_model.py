@@ -16,7 +16,7 @@ from probreg.recordings import TARGET_HEIGHT_M
 from probreg.registration._laws import LawChoice
 
 WRONG_SHARE = 0.05  # of reports that are of another target, expected; ten reports outweigh it
-CAUTION = 9.0  # times the acceleration found, for the biases: see `TrackModel`
+CAUTION = 81.0  # times the acceleration found, for the biases: see `TrackModel`
 BESIDE = LawChoice.usual(Contaminated())  # of reports that come with others
 START_M, CLIMB_M_S = 100_000.0, 50.0  # about where a target is first seen
 

@@ -44,8 +44,8 @@ class TrackModel:
     caution : float
         How many times the acceleration that is found counts when biases are solved for, from 1.
         A target that turns now and then bends biases under the density of its whole flight, by
-        several standard deviations where nothing reports its place; nine times the density costs
-        one per cent of standard deviation.
+        several standard deviations where nothing reports its place; 81 times the density costs
+        two per cent of standard deviation.
     wrong_share : float or tuple of float
         Of the reports that are of another target than they say, the prior mean, for all sensors
         or for each; zero if none are.
