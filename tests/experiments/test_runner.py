@@ -23,6 +23,7 @@ from experiments.study import StudyError, configurations, load_study, study_name
 
 ROOT = Path(__file__).parents[2]
 SMALL = ["case=1", "replicates=3", "lms_subsets=5"]
+EIGHT = ["case=1", "replicates=8", "lms_subsets=5"]  # to be stopped among
 
 
 def quiet():
@@ -79,12 +80,18 @@ def test_manifest_says_what_was_run(reference):
     assert "seconds" not in kept
 
 
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    folder, _ = run(tmp_path_factory.mktemp("undisturbed"), settings=EIGHT)
+    return folder
+
+
 @pytest.mark.parametrize(
     ("stop", "jobs"),
     [(signal.SIGKILL, 1), (signal.SIGKILL, 2), (signal.SIGINT, 1), (signal.SIGINT, 2)],
 )
-def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop, jobs):
-    settings = ["--set", "case=1", "--set", "replicates=8", "--set", "lms_subsets=5"]
+def test_a_killed_run_resumes_to_the_same_bits(tmp_path, undisturbed, stop, jobs):
+    settings = [word for one in EIGHT for word in ("--set", one)]
     words = command(tmp_path, "run", "ralad", *settings, "--jobs", str(jobs))
     process = subprocess.Popen(
         words,
@@ -117,12 +124,11 @@ def test_a_killed_run_resumes_to_the_same_bits(tmp_path, stop, jobs):
 
     runner._finish = look_first
     try:
-        run(tmp_path, settings=["case=1", "replicates=8", "lms_subsets=5"])
+        run(tmp_path, settings=EIGHT)
     finally:
         runner._finish = original
     assert {name: kept[name] for name in done} == stamps  # not computed a second time
-    fresh, _ = run(tmp_path / "fresh", settings=["case=1", "replicates=8", "lms_subsets=5"])
-    assert same_bits(folder, fresh)
+    assert same_bits(folder, undisturbed)
 
 
 def test_two_runs_do_not_share_a_folder(tmp_path):

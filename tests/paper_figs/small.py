@@ -27,7 +27,7 @@ def run_small(studies, folder):
             if hasattr(config, "keep"):
                 few["keep"] = 19
             small = dataclasses.replace(config, **few)
-            run_study(study, label, small, folder, 2, Console(file=io.StringIO()))
+            run_study(study, label, small, folder, 1, Console(file=io.StringIO()))
     return folder
 
 

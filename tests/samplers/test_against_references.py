@@ -35,6 +35,7 @@ def draw(sampler, posterior, seed=5):
 
 
 # NUTS is slow: all its laws are in the study `calibration_nuts`, here the three that differ most
+UNHURRIED = [*SAMPLERS[:-1], pytest.param(SAMPLERS[-1], marks=pytest.mark.slow)]
 QUICK = (Gaussian, StudentT, Contaminated)
 CASES = [
     (s, law) for s in SAMPLERS for law in LAWS if not isinstance(s, Nuts) or type(law) in QUICK
@@ -76,7 +77,7 @@ def worst(draws, data):
     return np.abs(scores).max()
 
 
-@pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize("sampler", UNHURRIED, ids=lambda s: type(s).__name__)
 def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
     data = stored("student")
     problem = LinearProblem(data["y"], data["B"], np.ones((len(data["y"]), 1, 1)))
@@ -86,7 +87,7 @@ def test_four_unknowns_with_nu_and_scale_agree_with_the_package(sampler):
     assert worst(draws, data) < LIMIT
 
 
-@pytest.mark.parametrize("sampler", SAMPLERS, ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize("sampler", UNHURRIED, ids=lambda s: type(s).__name__)
 def test_six_unknowns_under_the_contaminated_law_agree_with_the_package(sampler):
     data = stored("mixed")
     problem = LinearProblem(data["y"], data["B"], np.tile(np.eye(3), (len(data["y"]), 1, 1)))
