@@ -76,6 +76,7 @@ def register(
     chosen = clock.run("laws", choose, known.model, laws)
     found = clock.run("mode", fit, known, chosen)
     fitted = clock.run("draws", draw, known, found, num_draws, rng)
+    found = fitted.fit
     scored = clock.run("held out", score, found, holdout, rng)
     checks = clock.run("observability", check, known, found)
     missing = clock.run("missing terms", missing_terms, known.problem, chosen.choice, found)

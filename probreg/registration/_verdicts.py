@@ -37,9 +37,18 @@ def judge_reports(known: Identified, chosen: Chosen, fit: TrackFit, draws: BiasD
     model = known.problem.model
     found = []
     for name, limit in known.problem.setup.limits.items():
-        exceeds = float((np.abs(draws.flat[:, model.numbers[name]]) > limit).mean())
+        exceeds = _exceeds(draws, model.numbers[name], limit)
         found.append(Verdict(name=name, limit=float(limit), probability=exceeds))
     return Judged(_outliers(known, chosen, fit), tuple(found))
+
+
+def _exceeds(draws: BiasDraws, number: int, limit: float) -> float:
+    """Probability that a bias is beyond its limit; of one that drifts at the worst time."""
+    paths = draws.paths
+    if paths is None or number not in paths.number:
+        return float((np.abs(draws.flat[:, number]) > limit).mean())
+    path = paths.flat[..., paths.number.index(number)]
+    return float((np.abs(path) > limit).mean(axis=0).max())
 
 
 def _outliers(known: Identified, chosen: Chosen, fit: TrackFit) -> FloatArray:
