@@ -88,13 +88,7 @@ def bias_model(setup: Setup) -> BiasModel:
             where.append(numbers[full])
         terms.append(tuple(own))
         columns.append(np.array(where, dtype=np.int64))
-    asked = set(setup.prior_sd) | set(setup.limits) | set(setup.drift)
-    strange = sorted(asked - set(numbers) - set(aliases))
-    if not numbers or strange:
-        what = f"prior_sd, limits or drift of {strange}" if numbers else "no bias to estimate"
-        raise InvalidInputError(
-            f"{what}; the setup's biases are {', '.join(numbers) or 'empty: name some'}."
-        )
+    _require_known(setup, numbers, aliases)
     return BiasModel(
         tuple(terms),
         tuple(columns),
@@ -104,6 +98,16 @@ def bias_model(setup: Setup) -> BiasModel:
         aliases | numbers,
         _drifts(setup, aliases | numbers, spreads),
     )
+
+
+def _require_known(setup: Setup, numbers: Mapping[str, int], aliases: Mapping[str, int]) -> None:
+    asked = set(setup.prior_sd) | set(setup.limits) | set(setup.drift)
+    strange = sorted(asked - set(numbers) - set(aliases))
+    if not numbers or strange:
+        what = f"prior_sd, limits or drift of {strange}" if numbers else "no bias to estimate"
+        raise InvalidInputError(
+            f"{what}; the setup's biases are {', '.join(numbers) or 'empty: name some'}."
+        )
 
 
 def _drifts(
