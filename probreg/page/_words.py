@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.page._units import SHOWN, decimals, number, percent
 from probreg.registration import MissingTerm, Registration
+from probreg.sensors.drifts import known_drifts
 
 LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
 TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
@@ -148,9 +149,23 @@ def _left_out(registration: Registration) -> list[str]:
 def _missing(registration: Registration) -> list[str]:
     """Terms that the setup leaves out, with what to write into it."""
     return [
-        _own_error(one) if one.of_targets else _missing_bias(registration, one)
+        _drift_asked(one)
+        if one.drift
+        else _own_error(one)
+        if one.of_targets
+        else _missing_bias(registration, one)
         for one in registration.missing
     ]
+
+
+def _drift_asked(one: MissingTerm) -> str:
+    sensor, term = one.name.split(".", 1)
+    size = _size(one.unit, one.value)
+    return (
+        f"{one.name} is not constant: letting it drift raises the log marginal likelihood by "
+        f"{0.5 * one.chi2:.0f}; its {known_drifts()[one.drift].meaning} would be about {size}. Add "
+        f'drift = {{{term}{ENDINGS.get(one.unit, "")} = "{one.drift}"}} to the table of {sensor}.'
+    )
 
 
 def _missing_bias(registration: Registration, one: MissingTerm) -> str:

@@ -3,7 +3,7 @@
 `read` chooses the format; formats are modules of `probreg.recordings.formats`.
 """
 
-from probreg.recordings._bias_model import BiasModel, bias_model
+from probreg.recordings._bias_model import DRIFT_SHARE, BiasModel, bias_model
 from probreg.recordings._changed import write_changed
 from probreg.recordings._correction import correct, corrected_values, restore
 from probreg.recordings._observing import TARGET_HEIGHT_M, observing_axes, places, turns
@@ -15,6 +15,7 @@ from probreg.recordings.biases_file import read_biases
 from probreg.recordings.formats import read
 
 __all__ = [
+    "DRIFT_SHARE",
     "TARGET_HEIGHT_M",
     "UNKNOWN",
     "BiasModel",

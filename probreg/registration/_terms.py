@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +11,14 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.posterior.tracks import (
     TrackFit,
+    evidence_at,
     fit_tracks,
     predict,
+    profile,
     some_targets_say,
     telling_targets,
 )
-from probreg.problems.recording import recording_problem
+from probreg.problems.recording import RecordingProblem, recording_problem
 from probreg.recordings import Recording, Setup
 from probreg.registration._identities import PROVISIONAL, of_some
 from probreg.registration._laws import LawChoice
@@ -39,6 +41,9 @@ class RankedTerms(NamedTuple):
     standard_error : float
         Of `behind`, from the targets' differences; 0 for the best.
     unknowns : int
+    constant : float
+        Probability that the one bias does not drift which does so beyond those of the first model,
+        or in the first itself; by marginal likelihood, NaN where there is no such bias.
     """
 
     name: str
@@ -46,6 +51,7 @@ class RankedTerms(NamedTuple):
     behind: float
     standard_error: float
     unknowns: int
+    constant: float = np.nan
 
 
 def compare_terms(
@@ -80,12 +86,31 @@ def compare_terms(
     InvalidInputError
         Fewer than two models, or fewer targets than folds.
     """
-    if len(models) < 2:
+    setups = {name: with_biases(setup, biases) for name, biases in models.items()}
+    return compare_setups(recording, setups, rng=rng, law=law, folds=folds)
+
+
+def compare_setups(
+    recording: Recording,
+    setups: Mapping[str, Setup],
+    *,
+    rng: np.random.Generator,
+    law: LawChoice = PROVISIONAL,
+    folds: int = 4,
+) -> list[RankedTerms]:
+    """Rank setups of the same sensors, such as `further_drifts` has, as `compare_terms` does.
+
+    Raises
+    ------
+    InvalidInputError
+        Fewer than two setups, or fewer targets than folds.
+    """
+    if len(setups) < 2:
         raise InvalidInputError("at least two bias models are needed for a comparison.")
-    scores, unknowns = {}, {}
+    scores, unknowns, constant = {}, {}, {}
     fold: IntArray | None = None
-    for name, biases in models.items():
-        problem = recording_problem(recording, with_biases(setup, biases))
+    for name, setup in setups.items():
+        problem = recording_problem(recording, setup)
         fit = fit_tracks(of_some(track_model(problem, law), TERM_REPORTS), offers=0)
         if fold is None:
             K = fit.model.reports.num_targets
@@ -96,7 +121,22 @@ def compare_terms(
             fold = rng.permutation(K) % folds
         scores[name] = _predicted(fit, fold)
         unknowns[name] = len(problem.names)
-    return _ranked(scores, unknowns)
+        constant[name] = _constant(fit, _new_drift(setup, setups), problem)
+    return [one._replace(constant=constant[one.name]) for one in _ranked(scores, unknowns)]
+
+
+def _new_drift(setup: Setup, setups: Mapping[str, Setup]) -> list[str]:
+    """Biases that drift in a setup and not in the first; in the first itself all."""
+    first = next(iter(setups.values()))
+    return list(setup.drift) if setup is first else [n for n in setup.drift if n not in first.drift]
+
+
+def _constant(fit: TrackFit, names: Sequence[str], problem: RecordingProblem) -> float:
+    """Probability that a bias does not drift; NaN unless one is named."""
+    if fit.model.drift is None or fit.point.spreads is None or len(names) != 1:
+        return float("nan")
+    j = fit.knots.drifting.index(problem.model.numbers[names[0]])
+    return profile(fit.model.drift, evidence_at(fit), fit.point.spreads, j).constant
 
 
 def _ranked(scores: Mapping[str, FloatArray], unknowns: Mapping[str, int]) -> list[RankedTerms]:

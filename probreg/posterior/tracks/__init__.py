@@ -11,6 +11,7 @@ from probreg.posterior.tracks.biases import (
 )
 from probreg.posterior.tracks.cavity import Judgement, ReportMixtures
 from probreg.posterior.tracks.drift_draws import DriftDraws, draw_drift
+from probreg.posterior.tracks.drift_scores import DriftScores, score_drift
 from probreg.posterior.tracks.drifting import DriftPrior, Profile, Spreads, profile
 from probreg.posterior.tracks.fit import TrackFit, fit_tracks
 from probreg.posterior.tracks.model import TrackModel
@@ -21,6 +22,7 @@ from probreg.posterior.tracks.steps import Point, Solution, judge, smooth, solve
 __all__ = [
     "DriftDraws",
     "DriftPrior",
+    "DriftScores",
     "Judgement",
     "LeftOut",
     "Point",
@@ -43,6 +45,7 @@ __all__ = [
     "local_covariance",
     "predict",
     "profile",
+    "score_drift",
     "score_missing",
     "score_spread",
     "smooth",
