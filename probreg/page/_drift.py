@@ -83,7 +83,7 @@ def bands(registration: Registration, paths: BiasPathDraws) -> list[Panel]:
 
         words = (
             f"{name} over time: mean between {mean.min():.4g} and {mean.max():.4g} {shown.symbol}, "
-            f"{len(steps)} steps."
+            f"steps: {len(steps)}."
         )
         found.append(panel(draw, words, size=(4.6, 2.6)))
     return found

@@ -9,12 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray
+from typer.testing import CliRunner
 
+from probreg.cli import app
 from probreg.errors import InvalidInputError
 from probreg.noise import Contaminated
-from probreg.page import biases_text, write
-from probreg.recordings import bias_model, read_biases
-from probreg.registration import LawChoice, register
+from probreg.page import biases_text, matters, write
+from probreg.recordings import bias_model, new_table, read_biases, setup_file
+from probreg.registration import LawChoice, compare_setups, further_drifts, register
 from tests.statistical.traffic_runs import draw, drifted, step_path, walk_path
 
 LAW = (LawChoice.usual(Contaminated()),)
@@ -151,3 +153,60 @@ def test_what_does_not_move_is_as_well_known_as_a_constant():
     assert constant.drifting == ()
     assert constant.changes == ()
     assert len(constant.paths()) == 0
+
+
+@pytest.fixture(scope="module")
+def unasked():
+    """An azimuth that walks, registered as a constant."""
+    drawn = draw(1, reports=8_000, wrong_share=0.1)
+    drawn = drifted(drawn, NAME, walk_path(1, np.deg2rad(0.05), drawn.recording.time[-1]))
+    found = register(drawn.recording, drawn.setup, rng=np.random.default_rng(1), laws=LAW)
+    return found, drawn
+
+
+def test_a_constant_that_walks_is_named_with_what_to_write(unasked):
+    found, _ = unasked
+    (term,) = found.missing
+    assert (term.name, term.drift) == (NAME, "walk")
+    assert 0.1 < np.rad2deg(term.value) < 1.5  # 0.39 degrees a root hour
+    said = [text for text in matters(found) if "is not constant" in text]
+    assert len(said) == 1
+    assert 'Add drift = {azimuth_deg = "walk"} to the table of radar1' in said[0]
+
+
+def test_a_comparison_of_drifts_puts_the_right_one_first(unasked):
+    found, drawn = unasked
+    setups = further_drifts(found.problem, found.fit)
+    assert next(iter(setups)) == "as in the setup"
+    assert len(setups) == 5
+    ranked = compare_setups(found.recording, setups, rng=np.random.default_rng(2))
+    best = {one.name: one for one in ranked}
+    assert ranked[0].name.startswith(f"{NAME} drifts")
+    assert ranked[0].constant < 1e-4
+    given = best["as in the setup"]
+    assert given.behind > 3.0 * given.standard_error
+    assert np.isnan(given.constant)
+    setup = replace(drawn.setup, drift={NAME: "walk"})
+    again = further_drifts(replace(found.problem, setup=setup), found.fit)
+    assert again["all biases constant"].drift == {}
+
+
+def test_the_command_line_corrects_and_restores_by_paths(made, tmp_path):
+    found, drawn, *_ = made
+    write(found, tmp_path / "out")
+    setup_file.write(tmp_path / "sensors.toml", found.setup)
+    new_table.create(tmp_path / "reports.csv", drawn.recording, found.setup)
+    tail = ["--sensors", tmp_path / "sensors.toml", "--biases", tmp_path / "out" / "biases.json"]
+    for name, old, new in (("correct", "reports", "clean"), ("restore", "clean", "back")):
+        given = [name, tmp_path / f"{old}.csv", *tail, "--out", tmp_path / f"{new}.csv"]
+        done = CliRunner().invoke(app, list(map(str, given)))
+        assert done.exit_code == 0, done.output
+    tables = {name: pd.read_csv(tmp_path / f"{name}.csv") for name in ("reports", "clean", "back")}
+    taken = tables["reports"]["azimuth_deg"] - tables["clean"]["azimuth_deg"]
+    own = (tables["reports"]["sensor"] == "radar1").to_numpy()
+    path = found.over_time.at(tables["reports"]["time_s"].to_numpy()[own])
+    wanted = np.rad2deg(path[:, found.names.index(NAME)])
+    turned = (taken[own].to_numpy() + 180.0) % 360.0 - 180.0
+    np.testing.assert_allclose(turned, wanted, atol=1e-6)
+    for column in ("azimuth_deg", "range_m", "time_s"):
+        np.testing.assert_allclose(tables["back"][column], tables["reports"][column], atol=1e-6)

@@ -155,6 +155,21 @@ class TrackModel:
         moved = self.reports.coefficients.spread(together)
         return np.asarray(moved / np.linalg.norm(moved))
 
+    @property
+    def common_clocks(self) -> FloatArray | None:
+        """Orthonormal directions (P, k) in which all clocks move together.
+
+        None unless every sensor has a clock term.
+        """
+        together, knots = self.all_clocks, self.reports.coefficients
+        if together is None:
+            return None
+        clocks = {c for model in self.reports.models for c, term in model.terms if term.stamp}
+        if not clocks <= set(knots.drifting):
+            return together[:, None]
+        # where all of them drift, each knot has a common shift that nothing shows
+        return together[:, None] * np.sqrt(len(knots.time)) * knots.at_knots
+
     def of_targets(self, targets: IntArray) -> TrackModel:
         """The model of the reports of some targets, renumbered in the order given."""
         number = np.full(self.reports.num_targets, -1)

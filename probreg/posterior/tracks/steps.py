@@ -94,17 +94,20 @@ class Solution(NamedTuple):
     spreads: Spreads | None = None
 
 
-def solve(model: TrackModel, point: Point, caution: float | None = None) -> Solution:
+def solve(
+    model: TrackModel, point: Point, caution: float | None = None, *, given: bool = False
+) -> Solution:
     """Biases at which the posterior given the weights is highest; exact but for the tangent.
 
-    `caution` is by default the model's.
+    `caution` is by default the model's. Spreads of biases that drift are found, unless the point's
+    are `given`.
     """
     equations = point.tangent.equations
     density = point.density * (model.caution if caution is None else caution)
     motion = model.motion(equations, density, point.constant_sd)
     found = information_of(model.reports.coefficients, equations, motion, point.weights)
     if model.drift is not None:
-        return _solve_drifting(model, point, found)
+        return _solve_drifting(model, point, found, given)
     J, eta = _without_common_clock(model, found)
     prior = np.linalg.inv(model.prior.covariance)
     away = model.prior.mean - point.tangent.theta
@@ -133,9 +136,9 @@ def information_of(
 def _without_common_clock(model: TrackModel, found: Information) -> tuple[FloatArray, FloatArray]:
     """Precision and shift without a common shift of all clocks, whatever the tangent claims."""
     J, eta = found.precision, found.shift
-    together = model.all_clocks
+    together = model.common_clocks
     if together is not None:
-        free = np.eye(len(eta)) - np.outer(together, together)
+        free = np.eye(len(eta)) - together @ together.T
         J, eta = free @ J @ free, free @ eta
     return J, eta
 
@@ -147,11 +150,13 @@ def evidence_of(model: TrackModel, found: Information, theta: FloatArray) -> Evi
     return Evidence.at(model.drift, J, eta, theta, found.log_likelihood)
 
 
-def _solve_drifting(model: TrackModel, point: Point, found: Information) -> Solution:
-    """Coefficients at the most probable spreads."""
+def _solve_drifting(model: TrackModel, point: Point, found: Information, given: bool) -> Solution:
+    """Coefficients at the most probable spreads, or at those given."""
     assert model.drift is not None
     evidence = evidence_of(model, found, point.tangent.theta)
-    spreads = fit_spreads(model.drift, evidence, point.spreads)
+    spreads = point.spreads
+    if spreads is None or not given:
+        spreads = fit_spreads(model.drift, evidence, spreads)
     best = coefficients(model.drift, evidence, spreads)
     return Solution(best.mean, best.covariance, found, best.log_marginal, spreads)
 

@@ -99,6 +99,14 @@ class Knots:
             out[self.places(bias), bias] = 1.0
         return out
 
+    @cached_property
+    def at_knots(self) -> FloatArray:
+        """Which coefficients (P, T) of drifting biases are of each knot, ones and zeros."""
+        out = np.zeros((self.size, len(self.time)))
+        for bias in self.drifting:
+            out[self.places(bias), np.arange(len(self.time))] = 1.0
+        return out
+
     def spread(self, biases: FloatArray) -> FloatArray:
         """Coefficients (P,) of biases (p,) that stay as they are."""
         return biases if not self.drifting else np.asarray(self.constant @ biases)
