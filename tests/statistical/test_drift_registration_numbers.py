@@ -11,8 +11,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from probreg import recordings
 from probreg.posterior.tracks import evidence_at
 from probreg.posterior.tracks.drifting import coefficients
+from probreg.recordings import setup_file
+from probreg.registration import register
+from tests.independent.cases import easy
+from tests.independent.files import write
+from tests.independent.simulate import simulate
 from tests.statistical.traffic_runs import (
     DIRTY,
     Drawn,
@@ -125,3 +131,38 @@ def test_nothing_that_moves_costs_nothing():
         assert not still.missing
     assert degrees(errors) <= 1.2 * degrees(constants)
     assert np.mean(none) > 0.9
+
+
+def on_the_earth(seed, folder):
+    """A file of the independent simulator, one azimuth of which walks: truth and draws, degrees."""
+    simulated = simulate(easy(), np.random.default_rng([seed, 7]))
+    reports = dict(simulated.reports)
+    own = np.asarray(reports["sensor"]) == "east"
+    path = walk_path(seed, 0.02, float(np.nanmax(reports["time_s"])))
+    azimuth = reports["azimuth_deg"].copy()
+    azimuth[own] = (azimuth[own] + path(reports["time_s"][own])) % 360.0
+    reports["azimuth_deg"] = azimuth
+    write(simulated._replace(reports=reports), folder)
+    text = (folder / "sensors.toml").read_text()
+    named = 'name = "east"'
+    text = text.replace(named, f'{named}\ndrift = {{azimuth_deg = "walk"}}')
+    (folder / "sensors.toml").write_text(text)
+    read = recordings.read(folder / "reports.csv", setup_file.read(folder / "sensors.toml"))
+    found = register(read.recording, read.setup, rng=np.random.default_rng(seed))
+    first, last = read.recording.time[[0, -1]]
+    time = np.arange(first + 10.0, last - 10.0, 5.0)
+    truth = np.rad2deg(simulated.truth.bias["east.azimuth"]) + path(time)
+    return truth, np.rad2deg(found.path_draws("east.azimuth", time))
+
+
+def test_files_of_an_independent_simulator_on_the_earth(tmp_path):
+    """Three dimensions, heights, ray tracing: ten minutes in which a constant is off by .02."""
+    errors, covered = [], []
+    for seed in range(1, 7):
+        (folder := tmp_path / str(seed)).mkdir()
+        truth, draws = on_the_earth(seed, folder)
+        low, high = np.quantile(draws, [0.05, 0.95], axis=0)
+        covered.append(((low <= truth) & (truth <= high)).mean())
+        errors.append(draws.mean(axis=0) - truth)
+    assert rms(np.concatenate(errors)) < 0.0085
+    assert np.mean(covered) > 0.84
