@@ -203,10 +203,13 @@ def _laws(names: list[str] | None) -> tuple[LawChoice, ...]:
 
 
 def _compared(found: Registration, rng: Any) -> list[RankedTerms]:
-    """The setup's bias model against those with one further term for every sensor."""
-    from probreg.registration import compare_terms, further_terms
+    """The setup's bias model against those with one further term, or one bias more that drifts."""
+    from probreg.registration import compare_setups, further_drifts, further_terms, with_biases
 
-    return compare_terms(found.recording, found.setup, further_terms(found.setup), rng=rng)
+    terms = further_terms(found.setup).items()
+    setups = {name: with_biases(found.setup, biases) for name, biases in terms}
+    setups |= further_drifts(found.problem, found.fit)
+    return compare_setups(found.recording, setups, rng=rng)
 
 
 def _conclude(found: Registration, out: Path, quiet: bool) -> list[str]:

@@ -11,9 +11,9 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from probreg.page import _figures, _scene, _tables
+from probreg.page import _drift, _figures, _scene, _tables
 from probreg.page._provenance import Provenance, versions
-from probreg.page._units import Number, number
+from probreg.page._units import Number, number, percent
 from probreg.page._words import Sentence, matters, sentences
 from probreg.problems.observability import Observability
 from probreg.recordings import places
@@ -51,6 +51,7 @@ def render(
     content = {
         **_header(registration, provenance),
         **_found(registration),
+        **_drift.drifting(registration),
         **_reports(registration),
         **_noise(registration, row_name),
         "terms": terms_table(terms) if terms else None,
@@ -174,9 +175,11 @@ def terms_table(terms: Sequence[RankedTerms]) -> _tables.Table:
             number(one.log_score, 1),
             number(one.behind, 1),
             number(one.standard_error, 1),
+            percent(one.constant) if np.isfinite(one.constant) else "",
         )
         for one in terms
     ]
-    columns = ("bias model", "unknowns", "log score", "behind the best", "standard error")
+    scores = ("log score", "behind the best", "standard error")
+    columns = ("bias model", "unknowns", *scores, "probability of no drift")
     caption = "Bias models by the log predictive density of targets held out in turn, best first."
     return _tables.Table("terms-table", caption, columns, rows)

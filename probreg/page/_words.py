@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.page._units import SHOWN, decimals, number, percent
 from probreg.registration import MissingTerm, Registration
+from probreg.sensors.drifts import known_drifts
 
 LEFT_OUT = 0.2  # share of a sensor's reports that contradict the others
 TOGETHER = 1.8  # clustered standard deviation over the posterior's; sound recordings 0.5 to 1.3
@@ -79,6 +80,9 @@ def sentences(registration: Registration) -> list[Sentence]:
             error = f"{said.what} {size} {shown.symbol} {way}"
         else:
             error = f"{said.what} shows no clear error"
+        if name in registration.drifting:
+            found.append(_moving(registration, name, sensor, said))
+            continue
         amount = number(shown.factor * float(mean), places)
         found.append(
             Sentence(
@@ -89,6 +93,26 @@ def sentences(registration: Registration) -> list[Sentence]:
             )
         )
     return found
+
+
+def _moving(registration: Registration, name: str, sensor: str, said: Wording) -> Sentence:
+    """A bias that may drift: what it is between."""
+    k = registration.names.index(name)
+    paths, shown = registration.draws.paths, SHOWN[registration.units[k]]
+    assert paths is not None
+    j = paths.number.index(k)
+    path = shown.factor * paths.flat[..., j]
+    places = decimals(float(path.std(axis=0).mean()))
+    mean = path.mean(axis=0)
+    low, high = (number(float(v), places) for v in (mean.min(), mean.max()))
+    error = f"{said.what} moves between {low} and {high} {shown.symbol}"
+    none = percent(float(paths.constant[j]))
+    return Sentence(
+        sensor,
+        f"{error} (probability that it does not drift: {none})",
+        "the path of biases.csv",
+        True,
+    )
 
 
 def matters(registration: Registration) -> list[str]:
@@ -125,9 +149,23 @@ def _left_out(registration: Registration) -> list[str]:
 def _missing(registration: Registration) -> list[str]:
     """Terms that the setup leaves out, with what to write into it."""
     return [
-        _own_error(one) if one.of_targets else _missing_bias(registration, one)
+        _drift_asked(one)
+        if one.drift
+        else _own_error(one)
+        if one.of_targets
+        else _missing_bias(registration, one)
         for one in registration.missing
     ]
+
+
+def _drift_asked(one: MissingTerm) -> str:
+    sensor, term = one.name.split(".", 1)
+    size = _size(one.unit, one.value)
+    return (
+        f"{one.name} is not constant: letting it drift raises the log marginal likelihood by "
+        f"{0.5 * one.chi2:.0f}; its {known_drifts()[one.drift].meaning} would be about {size}. Add "
+        f'drift = {{{term}{ENDINGS.get(one.unit, "")} = "{one.drift}"}} to the table of {sensor}.'
+    )
 
 
 def _missing_bias(registration: Registration, one: MissingTerm) -> str:
@@ -218,5 +256,6 @@ def biases_text(registration: Registration) -> str:
         places = decimals(shown.factor * float(registration.sd[k]))
         values = (registration.mean[k], *interval[k])
         mean, low, high = (f"{shown.factor * float(v):.{places}f}" for v in values)
-        lines.append(f"{name:<24} {mean:>10} {shown.symbol:<5} 90 %: {low} to {high}")
+        moves = "  average: it drifts" if name in registration.drifting else ""
+        lines.append(f"{name:<24} {mean:>10} {shown.symbol:<5} 90 %: {low} to {high}{moves}")
     return "\n".join(lines)

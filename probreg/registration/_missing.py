@@ -9,19 +9,22 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.posterior.tracks import TrackFit, fit_tracks, score_missing, score_spread
+from probreg.posterior.tracks import TrackFit, fit_tracks, score_drift, score_missing, score_spread
 from probreg.problems.recording import RecordingProblem, recording_problem
 from probreg.problems.recording.models import target_term
-from probreg.recordings import Setup
+from probreg.recordings import DRIFT_SHARE, Setup
 from probreg.registration._identities import of_some
 from probreg.registration._laws import LawChoice
 from probreg.registration._terms import with_biases
 from probreg.registration._track_model import track_model
+from probreg.sensors.drifts import known_drifts
 from probreg.sensors.terms import Term, known_terms
 
 MOST_REPORTS = 20_000  # enough to see what matters
 LEAST_CHI2 = 30.0  # sound recordings stay below 10 or so, wrong ones come in hundreds
 LEAST_Z = 10.0  # of an error of targets; sound recordings stay below 4
+LEAST_GAIN = 12.0  # of log marginal likelihood by a drift; sound recordings stay below 4
+USUAL_DRIFT = "walk"
 LEAST_SDS = 4.0  # of a term that is fitted
 MOST_TERMS = 4
 OWN_TERMS = ("range", "time", "height")  # a transponder's delay, a late position, a height
@@ -41,7 +44,9 @@ class MissingTerm(NamedTuple):
         Of the score test; one degree of freedom. The square of z for errors of targets.
     value, sd : float
         What it would be, by the fit with it; the spread over targets for errors of their own,
-        whose sd is not known (NaN).
+        whose sd is not known (NaN). Of a drift its spread, as `Drift.meaning` says.
+    drift : str
+        How a bias of the setup moves that the setup holds constant; empty for a term.
     """
 
     name: str
@@ -49,6 +54,7 @@ class MissingTerm(NamedTuple):
     chi2: float
     value: float
     sd: float
+    drift: str = ""
 
     @property
     def of_targets(self) -> bool:
@@ -75,7 +81,7 @@ def missing_terms(
     """Name the term that is missing most, fit again with it, and so on until none is left.
 
     Where both a bias and an error of targets seem to be missing, the one with which reports are
-    predicted better is named.
+    predicted better is named; where a constant bias seems to drift, alike.
 
     Parameters
     ----------
@@ -90,6 +96,7 @@ def missing_terms(
         at = fit_tracks(of_some(fit.model, MOST_REPORTS), near=fit)
     for _ in range(MOST_TERMS):
         best = _better(_with_bias(problem, choice, at), _with_own(problem, choice, at))
+        best = _steadier(best, _with_drift(problem, choice, at))
         if best is None:
             break
         found.append(best.term)
@@ -122,7 +129,7 @@ def _with_bias(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _S
     if after is None:
         return None
     number = after[0].model.numbers[name]
-    value, sd = float(after[1].theta[number]), float(after[1].sd[number])
+    value, sd = float(after[1].biases[number]), float(after[1].bias_sd[number])
     if abs(value) < LEAST_SDS * sd:
         return None  # what looked like it is something else
     return _Step(MissingTerm(name, term.unit, float(tests.chi2[k]), value, sd), *after)
@@ -154,6 +161,31 @@ def _with_own(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _St
     spread = float(after[1].point.constant_sd[list(after[0].constants).index(name)])
     chi2 = float(tests.z[k]) ** 2
     return _Step(MissingTerm(f"{TARGETS}.{name}", unit, chi2, spread, np.nan), *after)
+
+
+def _steadier(other: _Step | None, drift: _Step | None) -> _Step | None:
+    """A drift if nothing else is missing, or if it predicts better for its many coefficients."""
+    if other is None or drift is None:
+        return other or drift
+    margin = float(len(drift.fit.knots.time))
+    return drift if drift.score - margin > other.score else other
+
+
+def _with_drift(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _Step | None:
+    """The bias that is constant in the setup and drifts most clearly."""
+    kind = known_drifts()[USUAL_DRIFT]
+    tests = score_drift(at, kind, DRIFT_SHARE * problem.prior_sd)
+    k = int(np.argmax(tests.gain))
+    if tests.gain[k] < LEAST_GAIN:
+        return None
+    name = problem.names[k]
+    drift = {**problem.setup.drift, name: kind.name}
+    after = _fitted(problem, dataclasses.replace(problem.setup, drift=drift), choice)
+    if after is None or after[1].point.spreads is None:
+        return None
+    spread = float(after[1].point.spreads.spread[after[1].knots.drifting.index(k)])
+    chi2 = 2.0 * float(tests.gain[k])
+    return _Step(MissingTerm(name, problem.units[k], chi2, spread, np.nan, kind.name), *after)
 
 
 def _fitted(

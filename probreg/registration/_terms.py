@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.posterior.tracks import TrackFit, fit_tracks, predict
-from probreg.problems.recording import recording_problem
+from probreg.posterior.tracks import (
+    TrackFit,
+    evidence_at,
+    fit_tracks,
+    predict,
+    profile,
+    some_targets_say,
+    telling_targets,
+)
+from probreg.problems.recording import RecordingProblem, recording_problem
 from probreg.recordings import Recording, Setup
-from probreg.registration._held_out import telling, theta_of
 from probreg.registration._identities import PROVISIONAL, of_some
 from probreg.registration._laws import LawChoice
 from probreg.registration._track_model import track_model
@@ -34,6 +41,9 @@ class RankedTerms(NamedTuple):
     standard_error : float
         Of `behind`, from the targets' differences; 0 for the best.
     unknowns : int
+    constant : float
+        Probability that the one bias does not drift which does so beyond those of the first model,
+        or in the first itself; by marginal likelihood, NaN where there is no such bias.
     """
 
     name: str
@@ -41,6 +51,7 @@ class RankedTerms(NamedTuple):
     behind: float
     standard_error: float
     unknowns: int
+    constant: float = np.nan
 
 
 def compare_terms(
@@ -75,23 +86,57 @@ def compare_terms(
     InvalidInputError
         Fewer than two models, or fewer targets than folds.
     """
-    if len(models) < 2:
+    setups = {name: with_biases(setup, biases) for name, biases in models.items()}
+    return compare_setups(recording, setups, rng=rng, law=law, folds=folds)
+
+
+def compare_setups(
+    recording: Recording,
+    setups: Mapping[str, Setup],
+    *,
+    rng: np.random.Generator,
+    law: LawChoice = PROVISIONAL,
+    folds: int = 4,
+) -> list[RankedTerms]:
+    """Rank setups of the same sensors, such as `further_drifts` has, as `compare_terms` does.
+
+    Raises
+    ------
+    InvalidInputError
+        Fewer than two setups, or fewer targets than folds.
+    """
+    if len(setups) < 2:
         raise InvalidInputError("at least two bias models are needed for a comparison.")
-    scores, unknowns = {}, {}
+    scores, unknowns, constant = {}, {}, {}
     fold: IntArray | None = None
-    for name, biases in models.items():
-        problem = recording_problem(recording, with_biases(setup, biases))
+    for name, setup in setups.items():
+        problem = recording_problem(recording, setup)
         fit = fit_tracks(of_some(track_model(problem, law), TERM_REPORTS), offers=0)
         if fold is None:
             K = fit.model.reports.num_targets
-            if len(telling(fit)) < folds:
+            if len(telling_targets(fit)) < folds:
                 raise InvalidInputError(
-                    f"{len(telling(fit))} targets cannot be dealt to {folds} folds."
+                    f"{len(telling_targets(fit))} targets cannot be dealt to {folds} folds."
                 )
             fold = rng.permutation(K) % folds
         scores[name] = _predicted(fit, fold)
         unknowns[name] = len(problem.names)
-    return _ranked(scores, unknowns)
+        constant[name] = _constant(fit, _new_drift(setup, setups), problem)
+    return [one._replace(constant=constant[one.name]) for one in _ranked(scores, unknowns)]
+
+
+def _new_drift(setup: Setup, setups: Mapping[str, Setup]) -> list[str]:
+    """Biases that drift in a setup and not in the first; in the first itself all."""
+    first = next(iter(setups.values()))
+    return list(setup.drift) if setup is first else [n for n in setup.drift if n not in first.drift]
+
+
+def _constant(fit: TrackFit, names: Sequence[str], problem: RecordingProblem) -> float:
+    """Probability that a bias does not drift; NaN unless one is named."""
+    if fit.model.drift is None or fit.point.spreads is None or len(names) != 1:
+        return float("nan")
+    j = fit.knots.drifting.index(problem.model.numbers[names[0]])
+    return profile(fit.model.drift, evidence_at(fit), fit.point.spreads, j).constant
 
 
 def _ranked(scores: Mapping[str, FloatArray], unknowns: Mapping[str, int]) -> list[RankedTerms]:
@@ -118,7 +163,7 @@ def _predicted(fit: TrackFit, fold: IntArray) -> FloatArray:
     score = np.zeros(len(fold))
     for k in np.unique(fold):
         held, rest = np.flatnonzero(fold == k), np.flatnonzero(fold != k)
-        found = predict(fit, theta_of(fit, rest), held)
+        found = predict(fit, some_targets_say(fit, rest), held)
         own = fit.model.reports.target[found.rows][found.tangent.rows]
         np.add.at(score, own, found.judged.log_density)
     return score
@@ -130,4 +175,8 @@ def with_biases(setup: Setup, biases: Mapping[str, tuple[str, ...]]) -> Setup:
     if any("heading" in terms for terms in biases.values()):
         named.add("platform.heading")
     kept = {name: sd for name, sd in setup.prior_sd.items() if name in named}
-    return dataclasses.replace(setup, biases=biases, prior_sd=kept, limits={})
+    drift = {name: kind for name, kind in setup.drift.items() if name in named}
+    drift_sd = {name: sd for name, sd in setup.drift_sd.items() if name in drift}
+    return dataclasses.replace(
+        setup, biases=biases, prior_sd=kept, limits={}, drift=drift, drift_sd=drift_sd
+    )

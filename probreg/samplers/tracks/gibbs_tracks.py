@@ -11,11 +11,14 @@ from probreg.motion.tracks import SmoothedTracks, draw_tracks
 from probreg.posterior.tracks import Judgement, Point, Solution, TrackFit, TrackModel, solve
 from probreg.posterior.tracks.accelerations import by_level, level_targets, log_prior, paths_at
 from probreg.posterior.tracks.cavity import room_for
+from probreg.posterior.tracks.drift_draws import draw_precisions, draw_spreads
+from probreg.posterior.tracks.drifting import coefficients
 from probreg.posterior.tracks.steps import (
     CONSTANT_TARGETS,
     WRONG_ROWS,
     constant_square,
     counts_of,
+    evidence_of,
     judge,
 )
 from probreg.samplers.tracks._draws import TrackDraws
@@ -40,7 +43,8 @@ class GibbsTracks:
     """Draw biases, paths, precisions, identities, laws, shares and accelerations in turn.
 
     The acceleration is drawn with paths and biases integrated out, the biases with the paths
-    integrated out, all at the tangent of the fit.
+    integrated out, all at the tangent of the fit. Of biases that drift the spreads are drawn too,
+    and whole paths.
 
     Parameters
     ----------
@@ -92,8 +96,7 @@ class GibbsTracks:
 def _sweep(model: TrackModel, point: Point, step: float, rng: np.random.Generator) -> _Sweep:
     """One draw of everything."""
     point, solution = _acceleration(model, point, step, rng)
-    p = len(solution.theta)
-    theta = solution.theta + np.linalg.cholesky(solution.covariance) @ rng.standard_normal(p)
+    point, solution, theta = _biases(model, point, solution, rng)
     point = _levels(model, point, theta, rng)
     equations = point.tangent.equations
     motion = model.motion(equations, point.density, point.constant_sd)
@@ -103,20 +106,37 @@ def _sweep(model: TrackModel, point: Point, step: float, rng: np.random.Generato
     return _Sweep(_parameters(model, point, paths, drawn, rng), solution, theta, paths.mean, drawn)
 
 
+def _biases(
+    model: TrackModel, point: Point, solution: Solution, rng: np.random.Generator
+) -> tuple[Point, Solution, FloatArray]:
+    """Draw the biases; of those that drift first the spreads, and then whole paths."""
+    if model.drift is None:
+        p = len(solution.theta)
+        root = np.linalg.cholesky(solution.covariance)
+        return point, solution, solution.theta + root @ rng.standard_normal(p)
+    assert solution.spreads is not None
+    evidence = evidence_of(model, solution.information, point.tangent.theta)
+    spreads, _ = draw_spreads(model.drift, evidence, solution.spreads, rng)
+    found = coefficients(model.drift, evidence, spreads)
+    theta = found.draw(rng, 1)[0]
+    point = replace(point, spreads=draw_precisions(model.drift, spreads, theta, rng))
+    return point, solution._replace(theta=found.mean, covariance=found.covariance), theta
+
+
 def _acceleration(
     model: TrackModel, point: Point, step: float, rng: np.random.Generator
 ) -> tuple[Point, Solution]:
     """A Metropolis step of the acceleration's logarithm, biases and paths integrated out."""
     if step == 0.0:
-        return point, solve(model, point)
+        return point, solve(model, point, given=True)
     # the acceleration is drawn from what it is, whatever biases are solved under
-    here = solve(model, point, 1.0)
+    here = solve(model, point, 1.0, given=True)
     moved = replace(point, q=float(point.q * np.exp(step * rng.standard_normal())))
-    there = solve(model, moved, 1.0)
+    there = solve(model, moved, 1.0, given=True)
     gain = there.log_marginal - here.log_marginal
     gain += log_prior(model, np.log(moved.q)) - log_prior(model, np.log(point.q))
     point, found = (moved, there) if np.log(rng.random()) < gain else (point, here)
-    return point, found if model.caution == 1.0 else solve(model, point)
+    return point, found if model.caution == 1.0 else solve(model, point, given=True)
 
 
 def _levels(model: TrackModel, point: Point, theta: FloatArray, rng: np.random.Generator) -> Point:
@@ -141,7 +161,8 @@ def _acceleration_sd(fit: TrackFit) -> float:
     heights = []
     for side in (-1.0, 0.0, 1.0):
         moved = replace(point, q=float(point.q * np.exp(side * width)))
-        heights.append(solve(model, moved, 1.0).log_marginal + log_prior(model, np.log(moved.q)))
+        solution = solve(model, moved, 1.0, given=True)
+        heights.append(solution.log_marginal + log_prior(model, np.log(moved.q)))
     bend = (2.0 * heights[1] - heights[0] - heights[2]) / width**2
     return float(1.0 / np.sqrt(max(bend, model.acceleration_log_sd**-2)))
 
