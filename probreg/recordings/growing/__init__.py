@@ -1,7 +1,7 @@
 """Recordings that are still being made: what has come since the last look, and nothing twice.
 
 `follow` gives a source; `Source.look` the next complete piece after a `Position`, which is all
-that going on after an end needs to know.
+that going on after an end needs to know. A `Buffer` keeps what came; `cut` takes slices of time.
 """
 
 from __future__ import annotations
@@ -10,20 +10,30 @@ import sys
 from pathlib import Path
 
 from probreg.recordings._arrivals import Arrivals
+from probreg.recordings.growing._completed import completed, said
 from probreg.recordings.growing._files import GrowingFile, GrowingFolder
 from probreg.recordings.growing._input import GrowingInput
 from probreg.recordings.growing._look import Look, Source
 from probreg.recordings.growing._position import Position
+from probreg.recordings.growing._slices import Ahead, Buffer, Slice, arrive, complete, cut
 
 __all__ = [
+    "Ahead",
     "Arrivals",
+    "Buffer",
     "GrowingFile",
     "GrowingFolder",
     "GrowingInput",
     "Look",
     "Position",
+    "Slice",
     "Source",
+    "arrive",
+    "complete",
+    "completed",
+    "cut",
     "follow",
+    "said",
 ]
 
 
