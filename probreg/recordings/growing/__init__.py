@@ -16,6 +16,7 @@ from probreg.recordings.growing._input import GrowingInput
 from probreg.recordings.growing._look import Look, Source
 from probreg.recordings.growing._position import Position
 from probreg.recordings.growing._slices import Ahead, Buffer, Slice, arrive, complete, cut
+from probreg.recordings.growing._start import check_start
 
 __all__ = [
     "Ahead",
@@ -29,6 +30,7 @@ __all__ = [
     "Slice",
     "Source",
     "arrive",
+    "check_start",
     "complete",
     "completed",
     "cut",

@@ -35,13 +35,17 @@ class Ahead(NamedTuple):
     sensor: IntArray = np.zeros(0, dtype=np.int64)
     by: FloatArray = np.zeros(0)
 
-    def only(self, rows: BoolArray | slice) -> Ahead:
+    def only(self, rows: BoolArray) -> Ahead:
         """Some of them."""
-        return Ahead(*(column[rows] for column in self))
+        return Ahead(self.reached[rows], self.sensor[rows], self.by[rows])
 
     def with_more(self, more: Ahead) -> Ahead:
         """Those of another one after these."""
-        return Ahead(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
+        return Ahead(
+            np.concatenate([self.reached, more.reached]),
+            np.concatenate([self.sensor, more.sensor]),
+            np.concatenate([self.by, more.by]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
