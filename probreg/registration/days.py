@@ -110,7 +110,7 @@ def pool_days(results: Sequence[SavedResult], rng: np.random.Generator) -> Days:
     # all but certain: any wide prior does
     wide = 1e3 * (np.abs(mean).max(axis=0) + sd.max(axis=0))
     prior_sd = np.where(np.isfinite(prior_sd), prior_sd, wide)
-    pooled = []
+    pooled: list[Pooled | None] = []
     for k in range(mean.shape[1]):
         days = np.flatnonzero(used[:, k])
         if len(days) < 2:

@@ -95,7 +95,7 @@ def test_it_is_calibrated_where_changes_are_as_assumed():
         step = changed * rng.choice(CHANGES["m"]) * rng.normal()
         base = rng.normal(0.0, 5.0, 2)
         means = [
-            base + [move, 0.0] + rng.multivariate_normal(np.zeros(2), COVARIANCE)
+            base + np.array([move, 0.0]) + rng.multivariate_normal(np.zeros(2), COVARIANCE)
             for move in (0.0, step)
         ]
         for factor, found in said.items():

@@ -1,0 +1,109 @@
+"""Biases over time: one panel a bias, bands about the mean, limits, and when alarms were."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+from scipy.special import ndtri
+
+from probreg.page._style import AFTER, BEFORE, GRID, Panel, panel
+from probreg.page._units import SHOWN
+from probreg.typing import FloatArray
+
+EPOCH_S = 1e8  # later times are POSIX time
+SIZE = (5.2, 2.5)
+BANDS = "Dark bands hold a bias with probability 0.5, light ones with 0.9. Dashed lines are limits."
+HALF, MOST = float(ndtri(0.75)), float(ndtri(0.95))  # standard deviations of 50 and 90 %
+
+
+class Course(NamedTuple):
+    """One bias over time, SI units.
+
+    Attributes
+    ----------
+    name, unit : str
+    time, mean, sd : ndarray, shape (n,)
+    limit : float
+        NaN where there is none.
+    marks : sequence of float
+        Times of alarms.
+    common : tuple of float or None
+        90 % interval of what all have in common.
+    """
+
+    name: str
+    unit: str
+    time: FloatArray
+    mean: FloatArray
+    sd: FloatArray
+    limit: float = float("nan")
+    marks: Sequence[float] = ()
+    common: tuple[float, float] | None = None
+
+
+def courses(found: Sequence[Course], *, joined: bool) -> list[Panel]:
+    """Panels of biases, as bands where they are `joined`, else as points with bars."""
+    return [_course(one, joined) for one in found]
+
+
+def _course(one: Course, joined: bool) -> Panel:
+    shown = SHOWN[one.unit]
+    axis = _axis(one.time)
+    x = axis.factor * one.time
+    middle, wide = shown.factor * one.mean, shown.factor * one.sd
+
+    def draw(axes: Axes) -> None:
+        for number, spread in ((MOST, 0.2), (HALF, 0.4)):
+            if joined:
+                ends = middle - number * wide, middle + number * wide
+                axes.fill_between(x, *ends, color=AFTER, alpha=spread, lw=0)
+            else:
+                width = 1.2 if number == MOST else 4.0
+                axes.vlines(x, middle - number * wide, middle + number * wide, AFTER, lw=width)
+        axes.plot(x, middle, "-" if joined else "o", color=AFTER, ms=3.0, lw=1.2)
+        if one.common is not None:
+            low, high = (shown.factor * end for end in one.common)
+            axes.axhspan(low, high, color=BEFORE, alpha=0.15, lw=0)
+        _limits(axes, shown.factor * one.limit)
+        for mark in one.marks:
+            axes.axvline(axis.factor * mark, color=BEFORE, lw=1.0)
+        axes.axhline(0.0, color=GRID, lw=0.9)
+        axes.set(title=one.name, ylabel=shown.symbol, xlabel=axis.label)
+        if axis.dated:
+            locator = AutoDateLocator(maxticks=6)
+            axes.xaxis.set_major_locator(locator)
+            axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))
+
+    words = (
+        f"{one.name} over time: last {middle[-1]:.6g} {shown.symbol}, give or take "
+        f"{MOST * wide[-1]:.3g} with probability 0.9; {len(one.marks)} alarms."
+    )
+    return panel(draw, words, size=SIZE)
+
+
+def _limits(axes: Axes, limit: float) -> None:
+    """Lines where the limit is near enough to be seen."""
+    low, high = axes.get_ylim()
+    for line in (-limit, limit):
+        if low - (high - low) < line < high + (high - low):
+            axes.axhline(line, color=BEFORE, ls="--", lw=1.2)
+
+
+class _Axis(NamedTuple):
+    """How times stand on a page."""
+
+    factor: float
+    label: str
+    dated: bool = False
+
+
+def _axis(time: FloatArray) -> _Axis:
+    if len(time) and time[0] > EPOCH_S:
+        return _Axis(1.0 / 86_400.0, "UTC", True)  # days since 1970, as matplotlib counts
+    if (time == np.arange(1.0, len(time) + 1.0)).all():
+        return _Axis(1.0, "recording")
+    return _Axis(1.0 / 60.0, "min")
