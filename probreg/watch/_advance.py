@@ -19,6 +19,7 @@ from probreg.watch._filters import (
     next_knot,
     shares,
     step_variances,
+    whole_belief,
     with_reports,
 )
 from probreg.watch._intake import Intake, take_in
@@ -60,11 +61,13 @@ def advance(
     opened = frame.end - settings.slice_s - max(settings.delay_s, _SOON_S)
     taken = take_in(frame, state.reports, state.setup, reports, opened)
     frame = frame._replace(tracks=taken.tracks)
-    refined = refine(frame, taken.reports, filters)
+    knots = np.vstack([state.knots[1:], state.knots[-1]]) - frame.theta
+    refined = refine(frame, taken.reports, filters, knots.reshape(-1))
     found = belief(filters, *refined.information, state.theta.size)
     filters = replace(filters, evidence=found.log_evidence)
     variance = levels(settings, state.scene.bias.prior_sd)
     mean, sd = marginals(found, shares(filters, len(variance)))
+    knots, _ = whole_belief(filters, *refined.information)
     closed = close(frame, refined, settings.forget_s)
     fade = float(0.5 ** (settings.slice_s / settings.half_life_s))
     after = replace(
@@ -73,6 +76,7 @@ def advance(
         theta=frame.theta,
         mean=frame.theta + mean,
         sd=sd,
+        knots=frame.theta + knots.reshape(settings.window, -1),
         noise=counted(frame, refined, fade),
         tracks=closed.tracks,
         reports=closed.reports,

@@ -63,6 +63,7 @@ def begin_with(problem: RecordingProblem, fit: TrackFit, settings: WatchSettings
         constant_sd=fit.point.constant_sd,
         mean=fit.theta,
         sd=fit.sd,
+        knots=np.tile(fit.theta, (settings.window, 1)),
         noise=_noise(fit),
         tracks=_tracks(problem, scene.size, settings.window * fit.theta.size),
         reports=_reports(fit),

@@ -17,7 +17,7 @@ from probreg.watch._refine import CLOSING, NEW_WEIGHT, Frame, Refined
 from probreg.watch.state import Noise, OpenReports, Tracks
 
 REFUSED = 0.1  # weight below which a report says next to nothing of its target
-RESTART = 4  # refusals in a row after which a track begins again
+RESTART = 5  # refusals in a row after which a track begins again
 
 
 class Closed(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,14 +19,17 @@ from probreg.motion.tracks import (
 from probreg.posterior.tracks import Judgement, Point, TrackModel, judge
 from probreg.posterior.tracks.steps import STEADY
 from probreg.prior import GaussianPrior
+from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.track_reports import PathPoints, TrackLinearisation, TrackReports
 from probreg.typing import FloatArray, IntArray
 from probreg.watch._filters import whole_belief
 from probreg.watch._scene import Scene
 from probreg.watch.state import Filters, Noise, OpenReports, Tracks
 
-NEW_WEIGHT = 0.01  # of reports that no one has judged, and of those that no other places
+NEW_WEIGHT = 0.01  # of reports that no one has judged
+LONE_WEIGHT = 1e-5  # of those that no other places: judged again as if new, they pull at nothing
 ROUNDS = 3
+WIDENED = (30.0, 30.0, 10.0, 10.0, 3.0, 3.0, 1.0, 1.0)  # noise of tracks that are young
 CLOSING, OPEN, NEWEST = 0, 1, 2  # groups of reports
 
 
@@ -113,36 +117,75 @@ class Refined(NamedTuple):
         return self.sums.J.sum(axis=0), self.sums.eta.sum(axis=0)
 
 
-def refine(frame: Frame, reports: OpenReports, filters: Filters) -> Refined:
-    """Judge the open reports given each other, at the biases that follow from them."""
-    C = frame.window * frame.scene.num_biases
+def refine(frame: Frame, reports: OpenReports, filters: Filters, delta: FloatArray) -> Refined:
+    """Judge the open reports given each other, at the biases that follow from them.
+
+    `delta` (W p,) are the biases at the knots to begin with.
+    """
+    C = len(delta)
     if not len(reports):
         empty = Sums(np.zeros((3, C, C)), np.zeros((3, C)), np.zeros(3))
         return Refined(reports, None, None, empty, None)
-    delta, _ = whole_belief(filters, np.zeros((C, C)), np.zeros(C))
-    tangent, steady = tangent_of(frame, reports), None
-    for k in range(ROUNDS):
-        equations = _at_knots(tangent)
-        motion = tangent.start._replace(
-            start_mean=tangent.start.start_mean - tangent.columns @ delta
-        )
-        weights = reports.weight[tangent.at.rows]
-        smoothed = smooth_tracks(equations, motion, weights, delta, spread=True)
-        point = Point(
-            tangent.at, weights, frame.density, frame.noise.laws, frame.noise.wrong,
-            frame.constant_sd,
-        )  # fmt: skip
-        judged = judge(tangent.model, point, smoothed)
-        weight = np.where(judged.placed, judged.weight, NEW_WEIGHT)
-        reports = _written(reports, tangent.at, weight, smoothed.mean)
-        if k + 1 < ROUNDS:
-            if tangent.model.reports.varies:
-                steady = _steady(tangent, equations, motion, weights, delta)
-            tangent = tangent_of(frame, reports, steady)
-            J, eta = (part.sum(axis=0) for part in follow_open(tangent, reports)[0][:2])
-            delta, _ = whole_belief(filters, J, eta)
+    hopeful = np.where(reports.weight == LONE_WEIGHT, NEW_WEIGHT, reports.weight)
+    reports = _with_young(frame, replace(reports, weight=hopeful), delta)
+    tangent = tangent_of(frame, reports)
+    reports, _, steady = _judged(frame, tangent, reports, delta)
+    tangent = tangent_of(frame, reports, steady)
+    J, eta = (part.sum(axis=0) for part in follow_open(tangent, reports)[0][:2])
+    delta, _ = whole_belief(filters, J, eta)
+    for _ in range(ROUNDS - 1):
+        reports, judged, _ = _judged(frame, tangent, reports, delta)
     sums, live = follow_open(tangent, reports)
     return Refined(reports, tangent, judged, sums, live)
+
+
+def _with_young(frame: Frame, reports: OpenReports, delta: FloatArray) -> OpenReports:
+    """Tracks without closed reports judged afresh, from wide noise on: the first may be wrong."""
+    young = np.flatnonzero(~frame.tracks.begun[reports.track])
+    if not young.size:
+        return reports
+    own = reports.take(young)
+    _, target = np.unique(own.track, return_inverse=True)
+    guess = first_guess(track_reports(frame, own, target), frame.scene.height_m, strict=False)
+    placed = np.isfinite(guess.position).all(axis=1)
+    path = PathPoints(*(np.where(placed if a.ndim == 1 else placed[:, None], a, b)
+                        for a, b in zip(guess, own.path, strict=True)))  # fmt: skip
+    own = replace(own, weight=np.full(len(own), WIDENED[0] ** -2.0), path=path)
+    tangent = tangent_of(frame, own)
+    for factor in WIDENED:
+        own, _, _ = _judged(frame, tangent, own, delta, factor)
+    weight, whole = reports.weight.copy(), [part.copy() for part in reports.path]
+    weight[young] = np.where(own.weight == LONE_WEIGHT, NEW_WEIGHT, own.weight)
+    for part, new in zip(whole, own.path, strict=True):
+        part[young] = new
+    return replace(reports, weight=weight, path=PathPoints(*whole))
+
+
+def _judged(
+    frame: Frame,
+    tangent: Tangent,
+    reports: OpenReports,
+    delta: FloatArray,
+    widened: float = 1.0,
+) -> tuple[OpenReports, Judgement, PathPoints | None]:
+    """Reports with weights and paths given each other and the biases.
+
+    Where terms vary a steady path, too. `widened` is a factor on the noise.
+    """
+    equations, noise = _at_knots(tangent), frame.noise
+    mean = tangent.start.start_mean - tangent.columns @ delta
+    motion = tangent.start._replace(start_mean=mean)
+    weights = reports.weight[tangent.at.rows]
+    smoothed = smooth_tracks(equations, motion, weights, delta, spread=True)
+    point = Point(tangent.at, weights, frame.density, noise.laws, noise.wrong, frame.constant_sd)
+    judged = judge(tangent.model, point, smoothed, widened)
+    steady = None
+    if tangent.model.reports.varies:
+        # see `steady_path` of the track posterior
+        slow = motion._replace(q=STEADY * motion.q)
+        steady = tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
+    weight = np.where(judged.placed, judged.weight, LONE_WEIGHT)
+    return _written(reports, tangent.at, weight, smoothed.mean), judged, steady
 
 
 def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTracks]:
@@ -166,18 +209,6 @@ def _at_knots(tangent: Tangent) -> TrackEquations:
     equations = tangent.at.equations
     first = tangent.knot[equations.report] * tangent.model.reports.num_biases
     return equations._replace(column=equations.column + first[:, None])
-
-
-def _steady(
-    tangent: Tangent,
-    equations: TrackEquations,
-    motion: TrackMotion,
-    weights: FloatArray,
-    delta: FloatArray,
-) -> PathPoints:
-    """Paths for the columns of terms; see `steady_path` of the track posterior."""
-    slow = motion._replace(q=STEADY * motion.q)
-    return tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
 
 
 def _written(

@@ -170,6 +170,8 @@ class WatchState:
     constant_sd : ndarray, shape (c,)
     mean, sd : ndarray, shape (p,)
         Of the biases now.
+    knots : ndarray, shape (W, p)
+        Biases at the knots of the window.
     """
 
     setup: Setup
@@ -183,6 +185,7 @@ class WatchState:
     constant_sd: FloatArray
     mean: FloatArray
     sd: FloatArray
+    knots: FloatArray
     noise: Noise
     tracks: Tracks
     reports: OpenReports
