@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.motion.tracks import (
     LiveTracks,
+    SmoothedTracks,
     Sums,
     TrackEquations,
     TrackMotion,
@@ -72,6 +73,8 @@ class Tangent(NamedTuple):
     ----------
     model : TrackModel
     at : TrackLinearisation
+    equations : TrackEquations
+        Of the tangent, with a column for every bias at every knot.
     rows : ndarray of int
         Of the tracks that have open reports.
     start : TrackMotion
@@ -82,6 +85,7 @@ class Tangent(NamedTuple):
 
     model: TrackModel
     at: TrackLinearisation
+    equations: TrackEquations
     rows: IntArray
     start: TrackMotion
     columns: FloatArray
@@ -103,6 +107,9 @@ class Refined(NamedTuple):
         Of the three groups.
     live : LiveTracks or None
         After the closing slice.
+    smoothed : SmoothedTracks or None
+    weights : ndarray, shape (n,), or None
+        With which they were smoothed, in the order of the tangent.
     """
 
     reports: OpenReports
@@ -110,11 +117,34 @@ class Refined(NamedTuple):
     judged: Judgement | None
     sums: Sums
     live: LiveTracks | None
+    smoothed: SmoothedTracks | None = None
+    weights: FloatArray | None = None
 
     @property
     def information(self) -> tuple[FloatArray, FloatArray]:
         """J and eta of all open reports."""
         return self.sums.J.sum(axis=0), self.sums.eta.sum(axis=0)
+
+
+class Judged(NamedTuple):
+    """Reports with new weights and paths, and what these follow from.
+
+    Attributes
+    ----------
+    reports : OpenReports
+    judged : Judgement
+    smoothed : SmoothedTracks
+    weights : ndarray, shape (n,)
+        Those before, in the order of the tangent.
+    steady : PathPoints or None
+        Smoother paths where terms vary.
+    """
+
+    reports: OpenReports
+    judged: Judgement
+    smoothed: SmoothedTracks
+    weights: FloatArray
+    steady: PathPoints | None
 
 
 def refine(frame: Frame, reports: OpenReports, filters: Filters, delta: FloatArray) -> Refined:
@@ -129,14 +159,16 @@ def refine(frame: Frame, reports: OpenReports, filters: Filters, delta: FloatArr
     hopeful = np.where(reports.weight == LONE_WEIGHT, NEW_WEIGHT, reports.weight)
     reports = _with_young(frame, replace(reports, weight=hopeful), delta)
     tangent = tangent_of(frame, reports)
-    reports, _, steady = _judged(frame, tangent, reports, delta)
-    tangent = tangent_of(frame, reports, steady)
+    first = _judged(frame, tangent, reports, delta)
+    reports = first.reports
+    tangent = tangent_of(frame, reports, first.steady)
     J, eta = (part.sum(axis=0) for part in follow_open(tangent, reports)[0][:2])
     delta, _ = whole_belief(filters, J, eta)
     for _ in range(ROUNDS - 1):
-        reports, judged, _ = _judged(frame, tangent, reports, delta)
+        last = _judged(frame, tangent, reports, delta)
+        reports = last.reports
     sums, live = follow_open(tangent, reports)
-    return Refined(reports, tangent, judged, sums, live)
+    return Refined(reports, tangent, last.judged, sums, live, last.smoothed, last.weights)
 
 
 def _with_young(frame: Frame, reports: OpenReports, delta: FloatArray) -> OpenReports:
@@ -153,7 +185,7 @@ def _with_young(frame: Frame, reports: OpenReports, delta: FloatArray) -> OpenRe
     own = replace(own, weight=np.full(len(own), WIDENED[0] ** -2.0), path=path)
     tangent = tangent_of(frame, own)
     for factor in WIDENED:
-        own, _, _ = _judged(frame, tangent, own, delta, factor)
+        own = _judged(frame, tangent, own, delta, factor).reports
     weight, whole = reports.weight.copy(), [part.copy() for part in reports.path]
     weight[young] = np.where(own.weight == LONE_WEIGHT, NEW_WEIGHT, own.weight)
     for part, new in zip(whole, own.path, strict=True):
@@ -167,12 +199,9 @@ def _judged(
     reports: OpenReports,
     delta: FloatArray,
     widened: float = 1.0,
-) -> tuple[OpenReports, Judgement, PathPoints | None]:
-    """Reports with weights and paths given each other and the biases.
-
-    Where terms vary a steady path, too. `widened` is a factor on the noise.
-    """
-    equations, noise = _at_knots(tangent), frame.noise
+) -> Judged:
+    """Reports given each other and the biases; `widened` is a factor on the noise."""
+    equations, noise = tangent.equations, frame.noise
     mean = tangent.start.start_mean - tangent.columns @ delta
     motion = tangent.start._replace(start_mean=mean)
     weights = reports.weight[tangent.at.rows]
@@ -185,15 +214,16 @@ def _judged(
         slow = motion._replace(q=STEADY * motion.q)
         steady = tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
     weight = np.where(judged.placed, judged.weight, LONE_WEIGHT)
-    return _written(reports, tangent.at, weight, smoothed.mean), judged, steady
+    after = _written(reports, tangent.at, weight, smoothed.mean)
+    return Judged(after, judged, smoothed, weights, steady)
 
 
 def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTracks]:
     """What open reports say of the biases, and tracks after the closing slice."""
-    at, p = tangent.at, tangent.model.reports.num_biases
-    places = tangent.knot, tangent.group
-    weights = reports.weight[at.rows]
-    sums, live = follow_tracks(at.equations, tangent.start, tangent.columns, p, places, weights)
+    p = tangent.model.reports.num_biases
+    places = (tangent.knot + 1) * p, tangent.group
+    weights = reports.weight[tangent.at.rows]
+    sums, live = follow_tracks(tangent.equations, tangent.start, tangent.columns, places, weights)
     missing = NEWEST + 1 - len(sums.eta)
     sums = Sums(*(np.pad(s, [(0, missing)] + [(0, 0)] * (s.ndim - 1)) for s in sums))
     together = tangent.model.all_clocks
@@ -202,13 +232,6 @@ def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTrack
         free = np.kron(np.eye(sums.eta.shape[1] // p), np.eye(p) - np.outer(together, together))
         sums = sums._replace(J=free @ sums.J @ free, eta=sums.eta @ free)
     return sums, live
-
-
-def _at_knots(tangent: Tangent) -> TrackEquations:
-    """Equations whose columns are those of the window."""
-    equations = tangent.at.equations
-    first = tangent.knot[equations.report] * tangent.model.reports.num_biases
-    return equations._replace(column=equations.column + first[:, None])
 
 
 def _written(
@@ -255,11 +278,26 @@ def tangent_of(frame: Frame, reports: OpenReports, steady: PathPoints | None = N
     )
     at = model.reports.linearise(frame.theta, reports.path, steady)
     start, columns = _starts(frame, model, at, rows)
-    back = np.floor((frame.end - at.equations.time) / frame.slice_s).astype(np.int64)
-    back = np.clip(back, 0, frame.open_slices - 1)
+    ahead = np.clip((frame.end - at.equations.time) / frame.slice_s, 0.0, frame.open_slices)
+    back = np.minimum(ahead.astype(np.int64), frame.open_slices - 1)
     group = np.where(back == 0, NEWEST, OPEN)
     group[back == frame.open_slices - 1] = CLOSING
-    return Tangent(model, at, rows, start, columns, frame.window - 1 - back, group)
+    knot = frame.window - 1 - back
+    equations = _at_knots(at.equations, knot, ahead - back, model.reports.num_biases)
+    return Tangent(model, at, equations, rows, start, columns, knot, group)
+
+
+def _at_knots(
+    equations: TrackEquations, knot: IntArray, share: FloatArray, p: int
+) -> TrackEquations:
+    """Biases between knots, linearly: a share (n,) of that before the knot of each report."""
+    report = equations.report
+    own = equations.column + (knot[report] * p)[:, None]
+    before = share[report][:, None] * equations.response
+    return equations._replace(
+        column=np.hstack([own, own - p]),
+        response=np.hstack([equations.response - before, before]),
+    )
 
 
 def _starts(
