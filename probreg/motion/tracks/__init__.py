@@ -5,7 +5,9 @@ Reports enter as scalar equations (`TrackEquations`) in order of target and time
 
 from probreg.motion.tracks._build import ScalarEquations, track_equations, track_motion
 from probreg.motion.tracks._equations import LEAST_WEIGHT, TrackEquations, TrackMotion, spans
+from probreg.motion.tracks._online import LiveTracks, Sums
 from probreg.motion.tracks.information import BiasInformation, eliminate_paths
+from probreg.motion.tracks.online import carried, follow_tracks, merged
 from probreg.motion.tracks.smoothing import (
     SmoothedTracks,
     add_bias_uncertainty,
@@ -19,15 +21,20 @@ from probreg.motion.tracks.smoothing import (
 __all__ = [
     "LEAST_WEIGHT",
     "BiasInformation",
+    "LiveTracks",
     "ScalarEquations",
     "SmoothedTracks",
+    "Sums",
     "TrackEquations",
     "TrackMotion",
     "add_bias_uncertainty",
     "bias_response",
+    "carried",
     "draw_model",
     "draw_tracks",
     "eliminate_paths",
+    "follow_tracks",
+    "merged",
     "smooth_tracks",
     "spans",
     "track_equations",
