@@ -1,5 +1,6 @@
 """What an engineer sees of a registration: a page, tables of numbers, the corrected recording."""
 
+from probreg.page._changes import changes, changes_text, in_si, write_changes
 from probreg.page._days_page import fill_days
 from probreg.page._folder import own_folder, result_folder
 from probreg.page._outputs import check_writable, write_summary
@@ -12,15 +13,19 @@ __all__ = [
     "Provenance",
     "alarm_text",
     "biases_text",
+    "changes",
+    "changes_text",
     "check_writable",
     "checksum",
     "fill",
     "fill_days",
+    "in_si",
     "matters",
     "own_folder",
     "result_folder",
     "when",
     "write",
+    "write_changes",
     "write_report",
     "write_summary",
     "write_watch",
