@@ -16,6 +16,8 @@ from probreg.page._units import SHOWN, decimals, number
 from probreg.recordings.files import replacing
 from probreg.registration.days import LEAST_SHARE, SPREAD, Days
 
+ENOUGH, APART = 5, 5.0  # recordings, and standard deviations of one from their median
+
 
 def fill_days(days: Days, folder: Path) -> list[str]:
     """Write the page and the tables of many registrations into a folder.
@@ -100,24 +102,24 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _unlike(days: Days) -> list[str]:
-    """Recordings whose limits are exceeded, or that stand apart from the others."""
+    """Biases that are not pooled, and recordings that stand apart from the others."""
     said = []
     for k, name in enumerate(days.names):
-        found = days.pooled[k]
-        if found is None:
-            said.append(f"{name}: fewer than two recordings determine it; it is not pooled.")
-            continue
         rows = np.flatnonzero(days.used[:, k])
-        # of what the others would lead one to expect, beyond five in a thousand
-        centre, spread = np.median(found.common), np.median(found.spread)
-        for j in rows:
-            wide = np.hypot(spread, days.sd[j, k])
-            off = (days.mean[j, k] - centre) / wide
-            if abs(off) > 3.0:
-                said.append(
-                    f"{days.results[j].name}: {name} is {abs(off):.1f} standard deviations from "
-                    "what the recordings have in common."
-                )
+        if days.pooled[k] is None:
+            said.append(f"{name}: fewer than two recordings determine it; it is not pooled.")
+        if len(rows) < ENOUGH:
+            continue
+        mean, sd = days.mean[rows, k], days.sd[rows, k]
+        # by medians, which the recording in question hardly moves
+        centre = np.median(mean)
+        usual = np.maximum(1.4826 * np.median(np.abs(mean - centre)), sd)
+        off = np.abs(mean - centre) / usual
+        said += [
+            f"{days.results[rows[j]].name}: {name} is {off[j]:.1f} standard deviations from the "
+            "median of the recordings."
+            for j in np.flatnonzero(off > APART)
+        ]
     return said
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from scipy.special import ndtri
 
 from probreg.page._style import AFTER, BEFORE, GRID, Panel, panel
@@ -16,6 +16,11 @@ from probreg.typing import FloatArray
 
 EPOCH_S = 1e8  # later times are POSIX time
 SIZE = (5.2, 2.5)
+DAY_S, TICKS = 86_400.0, 6.0
+STEPS = (  # seconds between ticks
+    *(1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0),
+    *(7_200.0, 10_800.0, 21_600.0, 43_200.0, *(DAY_S * days for days in (1, 2, 5, 10, 30))),
+)
 BANDS = "Dark bands hold a bias with probability 0.5, light ones with 0.9. Dashed lines are limits."
 HALF, MOST = float(ndtri(0.75)), float(ndtri(0.95))  # standard deviations of 50 and 90 %
 
@@ -74,9 +79,7 @@ def _course(one: Course, joined: bool) -> Panel:
         axes.axhline(0.0, color=GRID, lw=0.9)
         axes.set(title=one.name, ylabel=shown.symbol, xlabel=axis.label)
         if axis.dated:
-            locator = AutoDateLocator(maxticks=6)
-            axes.xaxis.set_major_locator(locator)
-            axes.xaxis.set_major_formatter(ConciseDateFormatter(locator, show_offset=False))
+            axes.set_xticks(*_calendar(x))
 
     words = (
         f"{one.name} over time: last {middle[-1]:.6g} {shown.symbol}, give or take "
@@ -103,7 +106,18 @@ class _Axis(NamedTuple):
 
 def _axis(time: FloatArray) -> _Axis:
     if len(time) and time[0] > EPOCH_S:
-        return _Axis(1.0 / 86_400.0, "UTC", True)  # days since 1970, as matplotlib counts
+        return _Axis(1.0, "UTC", True)
     if (time == np.arange(1.0, len(time) + 1.0)).all():
         return _Axis(1.0, "recording")
     return _Axis(1.0 / 60.0, "min")
+
+
+def _calendar(time: FloatArray) -> tuple[FloatArray, list[str]]:
+    """A few round times of POSIX time, and what they are called."""
+    start, end = float(time[0]), float(time[-1])
+    step = next((s for s in STEPS if (end - start) / s < TICKS), None)
+    step = STEPS[-1] * np.ceil((end - start) / STEPS[-1] / TICKS) if step is None else step
+    ticks = step * np.arange(np.ceil(start / step), np.floor(end / step) + 1.0)
+    form = "%H:%M:%S" if step < 60.0 else "%H:%M" if step < DAY_S else "%d %b"
+    stamps = (datetime.datetime.fromtimestamp(tick, datetime.UTC) for tick in ticks.tolist())
+    return ticks, [stamp.strftime(form) for stamp in stamps]
