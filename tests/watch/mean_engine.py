@@ -8,12 +8,13 @@ import numpy as np
 
 from probreg.recordings import bias_model
 
+WEIGHT = 0.01
+
 
 @dataclass(frozen=True)
 class MeanSettings:
     slice_s: float = 10.0
     delay_s: float = 20.0
-    weight: float = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def _taken(state, reports, until):
     mean = state.mean.copy()
     for k, value in zip(reports.target, reports.values[:, 0], strict=True) if reports else ():
         at = hash_of(reports.labels[k]) % len(mean)
-        mean[at] += state.settings.weight * (value - mean[at])
+        mean[at] += WEIGHT * (value - mean[at])
     n = 0 if reports is None else len(reports)
     return replace(
         state, time=until, mean=mean, sd=state.sd * 0.999 + 1e-3 / (1 + n), count=state.count + n
