@@ -11,9 +11,7 @@ from probreg.typing import FloatArray, IntArray
 from probreg.watch._changes import SIZES, Kind, Slice, next_changes, no_changes
 
 HOURS = 200.0  # simulated
-EASIER = (
-    10.0  # times the rate wanted: there alarms are counted, and the tail falls as 1 / threshold
-)
+COUNTED_PER_HOUR = 0.5  # alarms at least: rarer ones by a tail that falls as 1 / threshold
 SETTLE_S, BLOCK = 3600.0, 4096
 
 
