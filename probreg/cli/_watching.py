@@ -93,6 +93,8 @@ def _watch(request: WatchRequest) -> int:
             if count % request.page_every == 0 or step.line["alarms"]:
                 _page(request, task.setup, step, running=True)
     if last is None:
+        if not request.quiet:
+            print("no slice was completed.")
         return alarms
     _page(request, task.setup, last, running=False)
     if not request.quiet:
