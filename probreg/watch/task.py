@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -28,7 +28,7 @@ class Engine(Protocol):
     def to_arrays(self, state: Any) -> dict[str, Any]:
         """Arrays that say it all."""
 
-    def from_arrays(self, arrays: Mapping[str, Any], setup: Setup, settings: Any) -> Any:
+    def from_arrays(self, arrays: dict[str, Any], setup: Setup, settings: Any) -> Any:
         """The state of such arrays."""
 
 
