@@ -73,10 +73,9 @@ def _course(one: Course, joined: bool) -> Panel:
         if one.common is not None:
             low, high = (shown.factor * end for end in one.common)
             axes.axhspan(low, high, color=BEFORE, alpha=0.15, lw=0)
-        _limits(axes, shown.factor * one.limit)
+        _lines(axes, shown.factor * one.limit)
         for mark in one.marks:
             axes.axvline(axis.factor * mark, color=BEFORE, lw=1.0)
-        axes.axhline(0.0, color=GRID, lw=0.9)
         axes.set(title=one.name, ylabel=shown.symbol, xlabel=axis.label)
         if axis.dated:
             axes.set_xticks(*_calendar(x))
@@ -88,12 +87,14 @@ def _course(one: Course, joined: bool) -> Panel:
     return panel(draw, words, size=SIZE)
 
 
-def _limits(axes: Axes, limit: float) -> None:
-    """Lines where the limit is near enough to be seen."""
+def _lines(axes: Axes, limit: float) -> None:
+    """Zero and the limits, where they are near enough not to flatten the panel."""
     low, high = axes.get_ylim()
-    for line in (-limit, limit):
-        if low - (high - low) < line < high + (high - low):
-            axes.axhline(line, color=BEFORE, ls="--", lw=1.2)
+    reach = high - low
+    for line in (0.0, -limit, limit):
+        if low - reach < line < high + reach:
+            style = ("-", GRID) if line == 0.0 else ("--", BEFORE)
+            axes.axhline(line, ls=style[0], color=style[1], lw=1.2)
 
 
 class _Axis(NamedTuple):
