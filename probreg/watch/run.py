@@ -1,7 +1,8 @@
 """A watch from a growing recording to a journal and a state, which an end at any time leaves whole.
 
 After every slice a line goes to the journal, and then the state with how far the recording was
-read and how long the journal is: going on takes both from there.
+read and how long the journal is: going on takes both from there. Only while slices follow one
+another at once is the state saved less often; those after it are done again.
 """
 
 from __future__ import annotations
@@ -22,12 +23,13 @@ from probreg.watch.task import Task
 
 JOURNAL = "journal.jsonl"
 POLL_S, SAID_S = 0.5, 10.0  # between looks; without anything new before it is said
+SAVE_S = 2.0  # between states while slices follow one another at once
 LIVE_S = 86_400.0  # times this near to those of the computer are POSIX time
 AHEAD_S = 600.0  # of the others, beyond which the first report is not believed
 
 
 class Step(NamedTuple):
-    """A slice that is done and saved.
+    """A slice that is done.
 
     Attributes
     ----------
@@ -55,23 +57,40 @@ def watch(task: Task) -> Iterator[Step]:
     """
     with only_one(task.folder):
         going, ended = resumed(task), False
+        saved, since = going, task.clock.monotonic()
         try:
             while not _over(task, going):
                 done = _slice(task, going, flush=ended)
                 if done is not None:
                     going, line = done
+                    if _due(task, going, since):
+                        saved, since = _saved(task, going), task.clock.monotonic()
                     if line is not None:
                         yield Step(line, going.past)
                 elif ended:
-                    return
+                    break
                 else:
                     looked = _gather(task, going)
                     going, ended = (going, True) if looked is None else (looked, False)
-        except (KeyboardInterrupt, GeneratorExit):
+        except (KeyboardInterrupt, GeneratorExit, InvalidInputError):
             # a stream cannot be read again: what came since the last slice is kept as well
-            if going.state is not None:
-                save(task, going)
+            if going is not saved:
+                _saved(task, going)
             raise
+        if going is not saved:
+            _saved(task, going)
+
+
+def _due(task: Task, going: Going, since: float) -> bool:
+    """Whether to save now: at once, unless the next slice is there already."""
+    following = growing.complete(going.buffer, going.state.time + task.settings.slice_s)
+    return not following or task.clock.monotonic() - since >= SAVE_S
+
+
+def _saved(task: Task, going: Going) -> Going:
+    if going.state is not None:
+        save(task, going)
+    return going
 
 
 def _over(task: Task, going: Going) -> bool:
@@ -113,7 +132,7 @@ def _past(task: Task, going: Going) -> bool:
 
 
 def _slice(task: Task, going: Going, *, flush: bool) -> tuple[Going, dict[str, Any] | None] | None:
-    """The next slice, done and saved, and its line; None while it is not complete."""
+    """The next slice, done, and its line; None while it is not complete."""
     if going.state is None:
         return _begun(task, going, flush)
     until = going.state.time + task.settings.slice_s
@@ -127,7 +146,6 @@ def _slice(task: Task, going: Going, *, flush: bool) -> tuple[Going, dict[str, A
     length = journal.append(task.folder / JOURNAL, going.journal, line)
     past = with_line(going.past, line)
     going = replace(going, state=state, buffer=buffer, journal=length, wrong=told.wrong, past=past)
-    save(task, going)
     return going, line
 
 
@@ -161,9 +179,7 @@ def _begun(task: Task, going: Going, flush: bool) -> tuple[Going, None] | None:
     state = task.engine.begin(found.reports, going.setup, task.settings, rng)
     line = _first_line(state, found.reports, going)
     length = journal.append(task.folder / JOURNAL, 0, line)
-    going = replace(going, state=state, buffer=buffer, journal=length)
-    save(task, going)
-    return going, None
+    return replace(going, state=state, buffer=buffer, journal=length), None
 
 
 def _first_line(state: Any, reports: Recording, going: Going) -> dict[str, Any]:

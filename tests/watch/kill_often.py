@@ -15,6 +15,7 @@ import numpy as np
 
 from probreg.recordings import setup_file
 from probreg.recordings.growing import follow
+from probreg.watch import run
 from probreg.watch.run import watch
 from probreg.watch.task import Ends, Task
 from tests.watch import mean_engine
@@ -29,6 +30,7 @@ def task(folder, recording, out, **more):
 
 
 def child(folder):
+    run.SAVE_S = 0.02
     code = 1
     try:
         patient = Ends(patience_s=60.0)

@@ -24,6 +24,12 @@ from tests.watch import mean_engine
 from tests.watch.kill_often import task
 
 
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """Every slice is saved, as in a recording that is no faster than time."""
+    monkeypatch.setattr(run, "SAVE_S", 0.0)
+
+
 class PowerCut(BaseException):
     """Nothing catches it, as nothing catches SIGKILL."""
 
@@ -104,6 +110,34 @@ def test_wherever_the_power_is_cut_the_numbers_are_the_same(demo, work, monkeypa
     list(watch(task(work, work / "reports.csv", "cut")))
     assert result(work / "cut") == result(demo / "whole")
     assert not list((work / "cut").glob("*.part"))
+
+
+def test_slices_after_the_last_state_are_done_again(demo, work, monkeypatch):
+    monkeypatch.setattr(run, "SAVE_S", 1e9)
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "save", lambda *given: (_ for _ in ()).throw(PowerCut))
+        with pytest.raises(PowerCut):
+            list(watch(task(work, work / "reports.csv", "cut")))
+    # all but the last slice, which the end of the recording completes
+    assert lines(work / "cut") == lines(demo / "whole")[:-1]
+    assert not (work / "cut" / going.STATE).exists()
+    list(watch(task(work, work / "reports.csv", "cut")))
+    assert result(work / "cut") == result(demo / "whole")
+
+
+def test_an_error_in_the_recording_keeps_what_was_done(demo, work, monkeypatch):
+    monkeypatch.setattr(run, "SAVE_S", 1e9)
+    monkeypatch.setattr("probreg.recordings.formats.csv.Csv.piece_bytes", 4000)
+    good = (work / "reports.csv").read_bytes()
+    rows = good.splitlines(keepends=True)
+    (work / "reports.csv").write_bytes(b"".join([*rows[:1500], b"broken\n", *rows[1500:]]))
+    with pytest.raises(InvalidInputError, match=r"line 1501"):
+        list(watch(task(work, work / "reports.csv", "cut")))
+    assert len(lines(work / "cut")) > 5
+    # the line is repaired, and the watch goes on
+    (work / "reports.csv").write_bytes(good)
+    list(watch(task(work, work / "reports.csv", "cut")))
+    assert result(work / "cut")[:2] == result(demo / "whole")[:2]
 
 
 def test_negative_control_a_journal_that_is_not_cut_back_repeats_a_line(demo, work, monkeypatch):

@@ -27,7 +27,7 @@ class Csv(TableFormat):
     """A table as text; every cell is read as text, so that it can be written again as it was."""
 
     endings: ClassVar[tuple[str, ...]] = (".csv",)
-    piece_bytes: ClassVar[int | None] = 4 << 20
+    piece_bytes: ClassVar[int | None] = 1 << 20
 
     def batches(self, path: Path) -> Iterator[pa.RecordBatch]:
         """Every cell as text."""
