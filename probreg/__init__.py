@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what `_HOMES` says, for type checkers
     from probreg import samplers as samplers
     from probreg import scenarios as scenarios
     from probreg import sensors as sensors
+    from probreg import watch as watch
     from probreg.errors import (
         ImproperLawError,
         InvalidInputError,

@@ -1,4 +1,4 @@
-"""The command `probreg`: register a recording, apply a result to others, simulate one.
+"""The command `probreg`: register recordings, watch them, apply and compare results.
 
 What computes is imported by the commands, so that help comes at once.
 """
@@ -15,24 +15,29 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 import probreg
-from probreg.cli._options import NamesLaws, flat
-from probreg.cli._terminal import BAD_INPUT, INTERRUPTED, WARNINGS, end_on, plain_errors, progress
+from probreg.cli._comparing import check, history
+from probreg.cli._options import (
+    BiasesPath,
+    NamesLaws,
+    OutFile,
+    OutFolder,
+    Overwrite,
+    Quiet,
+    RecordingPath,
+    Seed,
+    SensorsPath,
+    TrustUnits,
+    flat,
+)
+from probreg.cli._terminal import EXIT_CODES, WARNINGS, end_on, plain_errors, progress
+from probreg.cli._watching import EXIT_CODES as WATCH_CODES
+from probreg.cli._watching import watch
 from probreg.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from probreg.page import Provenance
     from probreg.recordings import Reading, Setup
     from probreg.registration import LawChoice, RankedTerms, Registration
-
-EXIT_CODES = (
-    "Exit codes: 0 done. "
-    f"{BAD_INPUT} input that cannot be used, said in one sentence; nothing written. "
-    "2 wrong usage. "
-    f"{WARNINGS} done, but with warnings that matter (a limit is exceeded, the data do not "
-    "determine a bias, a term is missing, the draws have not converged, held-out targets got "
-    "worse): read them before using the numbers. "
-    f"{INTERRUPTED} interrupted; nothing written."
-)
 
 app = typer.Typer(
     add_completion=False,
@@ -42,23 +47,6 @@ app = typer.Typer(
     help="Sensor registration as probabilistic inference.",
     epilog=EXIT_CODES,
 )
-
-RecordingPath = Annotated[Path, typer.Argument(help="Reports: .csv, .parquet or .ast.")]
-SensorsPath = Annotated[Path, typer.Option("--sensors", help="The file sensors.toml.")]
-OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write; made if not there.")]
-OutFile = Annotated[Path, typer.Option("--out", help="File to write, with the input's ending.")]
-BiasesPath = Annotated[Path, typer.Option("--biases", help="biases.json of a registration.")]
-Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
-TrustUnits = Annotated[
-    bool,
-    typer.Option(
-        "--trust-units", help="Do not refuse what looks like radians, kilometres or milliseconds."
-    ),
-]
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Write into a folder that holds other files.")
-]
 
 
 def main() -> None:
@@ -287,3 +275,8 @@ def simulate(
             demonstration(part, np.random.default_rng(seed), scene)
             write_summary(part, "simulate", {"seed": seed, "reports": reports})
         print(f"probreg register {out / 'reports.csv'} --sensors {out / 'sensors.toml'} --out ...")
+
+
+app.command(epilog=WATCH_CODES)(watch)
+app.command(epilog=EXIT_CODES)(check)
+app.command(epilog=EXIT_CODES)(history)

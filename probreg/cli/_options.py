@@ -4,9 +4,28 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import Any, TypeVar, get_type_hints
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_type_hints
 
+import typer
 from typer.core import TyperCommand
+
+RecordingPath = Annotated[Path, typer.Argument(help="Reports: .csv, .parquet or .ast.")]
+SensorsPath = Annotated[Path, typer.Option("--sensors", help="The file sensors.toml.")]
+OutFolder = Annotated[Path, typer.Option("--out", help="Folder to write; made if not there.")]
+OutFile = Annotated[Path, typer.Option("--out", help="File to write, with the input's ending.")]
+BiasesPath = Annotated[Path, typer.Option("--biases", help="biases.json of a registration.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+TrustUnits = Annotated[
+    bool,
+    typer.Option(
+        "--trust-units", help="Do not refuse what looks like radians, kilometres or milliseconds."
+    ),
+]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Write into a folder that holds other files.")
+]
 
 T = TypeVar("T", bound=tuple[Any, ...])
 

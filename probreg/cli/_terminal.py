@@ -11,6 +11,15 @@ import typer
 from probreg.errors import ProbregError
 
 BAD_INPUT, WARNINGS, INTERRUPTED = 1, 3, 130
+EXIT_CODES = (
+    "Exit codes: 0 done. "
+    f"{BAD_INPUT} input that cannot be used, said in one sentence; nothing written. "
+    "2 wrong usage. "
+    f"{WARNINGS} done, but with warnings that matter (a limit is exceeded, the data do not "
+    "determine a bias, a term is missing, the draws have not converged, held-out targets got "
+    "worse): read them before using the numbers. "
+    f"{INTERRUPTED} interrupted; nothing written."
+)
 
 # what each step of a registration is called while it runs
 DOING = {
@@ -35,6 +44,12 @@ def end_on(number: int, frame: object) -> None:
     """Handler of signals that ask to end: remembered, as compiled code may swallow the error."""
     _asked.append(number)
     raise KeyboardInterrupt
+
+
+def refuse_to_go_on() -> None:
+    """End where that was asked for, though compiled code swallowed it."""
+    if _asked:
+        raise KeyboardInterrupt
 
 
 @contextmanager
@@ -75,8 +90,7 @@ def progress(quiet: bool, compare: bool) -> Iterator[Callable[[str], None]]:
         task = bar.add_task(DOING[steps[0]], total=len(steps))
 
         def told(step: str) -> None:
-            if _asked:
-                raise KeyboardInterrupt
+            refuse_to_go_on()
             if step in steps:
                 done = steps.index(step) + 1
                 text = DOING[steps[min(done, len(steps) - 1)]]

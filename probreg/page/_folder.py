@@ -49,6 +49,32 @@ def result_folder(folder: str | Path, command: str, *, overwrite: bool = False) 
         shutil.rmtree(part, ignore_errors=True)
 
 
+def own_folder(folder: str | Path, command: str) -> Path:
+    """A folder in which a command keeps its files while it runs; made if not there.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Not there, empty, or with earlier files of the same command.
+    command : str
+        As in the manifest.
+
+    Raises
+    ------
+    InvalidInputError
+        A folder with other files, or that cannot be written.
+    """
+    folder = Path(folder).absolute()
+    _refuse_foreign(folder, command, overwrite=False)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInputError(f"{folder} cannot be made: {error.strerror}.") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InvalidInputError(f"{folder} cannot be written; change its permissions.")
+    return folder
+
+
 def _make(part: Path, folder: Path) -> None:
     if folder.exists() and not os.access(folder, os.W_OK | os.X_OK):
         raise InvalidInputError(f"{folder} cannot be written; change its permissions.")

@@ -5,15 +5,14 @@ from __future__ import annotations
 import datetime
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib import resources
 from typing import Any
 
-import jinja2
 import numpy as np
 
 from probreg.page import _drift, _figures, _scene, _tables
 from probreg.page._provenance import Provenance, versions
-from probreg.page._units import Number, number, percent
+from probreg.page._template import filled
+from probreg.page._units import number, percent
 from probreg.page._words import Sentence, matters, sentences
 from probreg.problems.observability import Observability
 from probreg.recordings import places
@@ -39,15 +38,6 @@ def render(
     terms : sequence of RankedTerms
         Bias models compared, if they were.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("probreg.page", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.tests["number"] = lambda cell: isinstance(cell, Number)
-    style = resources.files("probreg.page").joinpath("page.css").read_text(encoding="utf-8")
     content = {
         **_header(registration, provenance),
         **_found(registration),
@@ -60,7 +50,7 @@ def render(
         "seconds": [(step, number(s, 2)) for step, s in registration.seconds.items()],
         "notes": (*provenance.notes, *registration.notes),
     }
-    return environment.get_template("page.html").render(style=style, **content)
+    return filled("page.html", content)
 
 
 def _header(registration: Registration, provenance: Provenance) -> dict[str, Any]:

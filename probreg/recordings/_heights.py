@@ -69,7 +69,7 @@ def add_beside(setup: Setup, arrays: dict[str, Any], cells: Mapping[str, FloatAr
         if setup.targets == "surface":
             notes.append(f"column {column!r} is not used: targets are on the surface")
             continue
-        setup, number = _sensor(setup, owner, column)
+        setup, number = with_kind(setup, owner, column)
         arrays = _appended(arrays, number, given, factor(column) * cells[column][given])
         rows.append(given)
     every = np.concatenate(rows)
@@ -78,7 +78,7 @@ def add_beside(setup: Setup, arrays: dict[str, Any], cells: Mapping[str, FloatAr
     return Beside(setup, arrays, every, tuple(notes))
 
 
-def _sensor(setup: Setup, owner: type[Sensor], column: str) -> tuple[Setup, int]:
+def with_kind(setup: Setup, owner: type[Sensor], column: str) -> tuple[Setup, int]:
     """Number of the sensor whose reports a column has, in a setup that has it."""
     kind = owner.kind
     found = [k for k, s in enumerate(setup.sensors) if s.kind.name == kind.name]

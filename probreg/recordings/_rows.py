@@ -16,7 +16,7 @@ from probreg.recordings._heights import beside_kinds
 from probreg.recordings._kinds import factor
 from probreg.recordings._north import convergence, geodetic_axes
 from probreg.recordings._setup import Setup
-from probreg.recordings._stream import Stream
+from probreg.recordings._stream import Batches
 from probreg.sensors import Sensor
 from probreg.sensors.geometry import azimuth_from_north, wrap_angle
 from probreg.typing import FloatArray, IntArray
@@ -28,7 +28,7 @@ class Rows:
 
     Attributes
     ----------
-    stream : Stream
+    stream : Batches
     path : Path
     setup : Setup
     labels : dict of str to int
@@ -37,7 +37,7 @@ class Rows:
         Columns that are none of ours, and all; filled at the first batch.
     """
 
-    stream: Stream
+    stream: Batches
     path: Path
     setup: Setup
     labels: dict[str, int] = field(default_factory=dict)

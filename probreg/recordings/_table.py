@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
+from probreg.recordings._arrivals import Arrivals, chosen, in_time
 from probreg.recordings._heights import (
     Beside,
     add_beside,
@@ -24,7 +27,7 @@ from probreg.recordings._recording import Recording
 from probreg.recordings._rewriting import rewrite
 from probreg.recordings._rows import Rows
 from probreg.recordings._setup import Setup
-from probreg.recordings._stream import Stream
+from probreg.recordings._stream import Batches, Stream
 from probreg.recordings._table_reading import TableReading
 from probreg.recordings._units import (
     refuse_feet,
@@ -32,7 +35,7 @@ from probreg.recordings._units import (
     refuse_milliseconds,
     refuse_radians,
 )
-from probreg.typing import IntArray
+from probreg.typing import FloatArray, IntArray
 
 ROW_LIMIT = 10_000_000
 DAY_S = 86_400.0
@@ -42,9 +45,39 @@ def read_table(
     stream: Stream, path: Path, setup: Setup, *, row_limit: int, trust_units: bool
 ) -> TableReading:
     """Read a table, see `probreg.recordings.table.read`."""
-    rows = Rows(stream, path, setup)
+    with _names(path):
+        return _read(stream, Rows(stream, path, setup), row_limit, trust_units)
+
+
+def read_piece(source: Batches, path: Path, setup: Setup) -> Arrivals:
+    """Read a piece of a table in the order of its rows; what needs a whole one is not checked.
+
+    Raises
+    ------
+    InvalidInputError
+        With the line or column, and what to do.
+    """
+    with _names(path):
+        rows = Rows(source, path, setup)
+        arrays = rows.read(ROW_LIMIT)
+        arrays.pop("azimuth_deg")
+        whole, _ = _beside(rows, arrays)
+        arrays = whole.arrays
+        arrays.setdefault("beside", np.arange(len(arrays["time"])))
+        # reports that stand beside others come with them
+        arrays = chosen(arrays, np.argsort(whole.rows, kind="stable"))
+        in_time(whole.setup, arrays)
+        notes = tuple(f"column {name!r} is not used" for name in rows.others)
+        return Arrivals(
+            whole.setup, arrays, tuple(rows.labels), tuple(rows.names), (*notes, *whole.notes)
+        )
+
+
+@contextmanager
+def _names(path: Path) -> Iterator[None]:
+    """Errors name the file."""
     try:
-        return _read(rows, row_limit, trust_units)
+        yield
     except OSError as error:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}.") from None
     except InvalidInputError as error:
@@ -52,9 +85,9 @@ def read_table(
         raise InvalidInputError(said if str(path) in said else f"{path}: {said}") from None
 
 
-def _read(rows: Rows, row_limit: int, trust_units: bool) -> TableReading:
+def _read(stream: Stream, rows: Rows, row_limit: int, trust_units: bool) -> TableReading:
     arrays = rows.read(row_limit)
-    notes = [*rows.stream.remarks(rows.path), *rows.setup.notes, *_notes(rows, arrays)]
+    notes = [*stream.remarks(rows.path), *rows.setup.notes, *_notes(rows, arrays)]
     cells = arrays.pop("azimuth_deg")
     if not trust_units:
         refuse_radians(cells[np.isfinite(cells)])
@@ -74,8 +107,8 @@ def _read(rows: Rows, row_limit: int, trust_units: bool) -> TableReading:
         recording,
         whole.setup,
         (*notes, *said, *whole.notes),
-        partial(_write_changed, rows.stream, rows.path, row),
-        stream=rows.stream,
+        partial(_write_changed, stream, rows.path, row),
+        stream=stream,
         rows=row,
         signed=bool((cells < 0.0).any()),
         names=tuple(rows.names),
@@ -86,19 +119,24 @@ def _with_heights(
     rows: Rows, arrays: dict[str, Any], trust_units: bool
 ) -> tuple[Beside, list[str]]:
     """Heights as reports of their own, checked; and what to say of them."""
-    cells = {name: rows.beside(arrays, name) for name in beside_kinds() if name in arrays}
-    given = {name: arrays.pop(name) for name in cells}
-    given = {name: factor(name) * column[~np.isnan(column)] for name, column in given.items()}
+    whole, given = _beside(rows, arrays)
     said: list[str] = []
     if not trust_units:
         for name, heights in given.items():
             said += refuse_feet(name, heights)
-    setup = dataclasses.replace(rows.setup, geodetic=rows.geodetic)
-    whole = add_beside(setup, arrays, cells)
-    if "own_position" in whole.arrays:
-        whole.arrays["own_position"] = whole.arrays["own_position"][:, : whole.setup.dim]
     said += against_prior(whole.setup, np.concatenate([*given.values(), np.zeros(0)]))
     return whole, [*said, *heights_assumed(whole.setup, whole.arrays)]
+
+
+def _beside(rows: Rows, arrays: dict[str, Any]) -> tuple[Beside, dict[str, FloatArray]]:
+    """Heights as reports of their own, and all that are given, by column."""
+    cells = {name: rows.beside(arrays, name) for name in beside_kinds() if name in arrays}
+    given = {name: arrays.pop(name) for name in cells}
+    given = {name: factor(name) * column[~np.isnan(column)] for name, column in given.items()}
+    whole = add_beside(dataclasses.replace(rows.setup, geodetic=rows.geodetic), arrays, cells)
+    if "own_position" in whole.arrays:
+        whole.arrays["own_position"] = whole.arrays["own_position"][:, : whole.setup.dim]
+    return whole, given
 
 
 def _write_changed(

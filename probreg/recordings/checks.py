@@ -39,8 +39,8 @@ def several_sensors(recording: Recording) -> None:
         )
 
 
-def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -> None:
-    """Refuse two reports that agree in sensor, time, target and every value.
+def repetitions(recording: Recording) -> IntArray:
+    """Pairs (m, 2) of reports that agree in sensor, time, target and every value.
 
     Of what came beside others only these are compared.
     """
@@ -55,12 +55,17 @@ def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -
         ahead, behind = column[order[1:]], column[order[:-1]]
         same &= (ahead == behind) | ((ahead != ahead) & (behind != behind))
     twice = np.flatnonzero(same)
-    if twice.size:
-        pair = alone[order[twice[0] : twice[0] + 2]]
-        first, second = sorted(pair.tolist())
+    return np.sort(alone[np.stack([order[twice], order[twice + 1]], axis=1)], axis=1)
+
+
+def no_duplicates(recording: Recording, where: Callable[[int], str] = _report) -> None:
+    """Refuse two reports that agree in sensor, time, target and every value."""
+    pairs = repetitions(recording)
+    if len(pairs):
+        first, second = pairs[0].tolist()
         raise InvalidInputError(
             f"{where(second)} repeats {where(first)}: same sensor, time, target and values "
-            f"({twice.size} such in all). Remove the repetitions; they would count twice."
+            f"({len(pairs)} such in all). Remove the repetitions; they would count twice."
         )
 
 

@@ -194,14 +194,14 @@ def _toml(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def write(path: str | Path, setup: Setup) -> None:
-    """Write a setup as a file that `read` reads; under a temporary name first.
+def content(setup: Setup) -> dict[str, Any]:
+    """What a file says of a setup: keys of the top level, and of each sensor under "sensor".
 
     Raises
     ------
     InvalidInputError
         A sensor whose class has no kind in such files, or whose coordinates have errors that
-        correlate; a folder that cannot be written.
+        correlate.
     """
     strange = [s.name for s in setup.sensors if s.kind.name not in known_kinds()]
     if strange:
@@ -217,9 +217,21 @@ def write(path: str | Path, setup: Setup) -> None:
         keys = target_keys(setup.sensors)
         given = {keys[name]: tau for name, tau in setup.target_terms.items()}
         top["target_terms"] = {key: tau / factor(key) for key, tau in given.items()}
+    return {**top, "sensor": [to_table(setup, sensor) for sensor in setup.sensors]}
+
+
+def write(path: str | Path, setup: Setup) -> None:
+    """Write a setup as a file that `read` reads; under a temporary name first.
+
+    Raises
+    ------
+    InvalidInputError
+        What `content` cannot say; a folder that cannot be written.
+    """
+    top = content(setup)
+    tables = top.pop("sensor")
     lines = [f"{key} = {_toml(value)}" for key, value in top.items()]
-    for sensor in setup.sensors:
-        lines += ["", "[[sensor]]"]
-        lines += [f"{key} = {_toml(value)}" for key, value in to_table(setup, sensor).items()]
+    for table in tables:
+        lines += ["", "[[sensor]]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
     with replacing(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -35,7 +35,7 @@ def demo(tmp_path_factory):
 def test_version_and_help():
     runner = CliRunner()
     assert runner.invoke(app, ["--version"]).output.strip() == f"probreg {probreg.__version__}"
-    for name in ("register", "correct", "restore", "simulate"):
+    for name in ("register", "correct", "restore", "simulate", "watch", "check", "history"):
         assert runner.invoke(app, [name, "--help"]).exit_code == 0
     text = " ".join(runner.invoke(app, ["register", "--help"]).output.split())
     assert "Exit codes: 0 done." in text
@@ -57,8 +57,10 @@ def test_help_loads_nothing_that_computes():
     assert ours == {
         "probreg",
         "probreg.cli",
+        "probreg.cli._comparing",
         "probreg.cli._options",
         "probreg.cli._terminal",
+        "probreg.cli._watching",
         "probreg.errors",
     }
 

@@ -51,3 +51,13 @@ def test_the_commands_and_the_script_run(tmp_path, monkeypatch):
     assert command == script
     before, back = (Path(f"demo/{name}.csv").read_text() for name in ("reports", "back"))
     assert before.splitlines()[0] == back.splitlines()[0]
+
+
+def test_the_commands_of_the_watch_are_commands():
+    text = (ROOT / "docs" / "watch.md").read_text(encoding="utf-8")
+    lines = [line.split() for block in blocks(text, "sh") for line in block.splitlines()]
+    assert {line[1] for line in lines} == {"simulate", "watch", "check", "history"}
+    for program, name, *given in lines:
+        assert program == "probreg"
+        told = CliRunner(env={"COLUMNS": "200"}).invoke(app, [name, "--help"]).output
+        assert all(word in told for word in given if word.startswith("--"))

@@ -13,8 +13,9 @@ from probreg.errors import InvalidInputError
 from probreg.recordings._reading import Reading
 from probreg.recordings._setup import Setup
 from probreg.recordings.formats._format import RecordingFormat
+from probreg.recordings.formats._in_pieces import InPieces
 
-__all__ = ["RecordingFormat", "choose", "known_formats", "read"]
+__all__ = ["InPieces", "RecordingFormat", "choose", "known_formats", "read"]
 
 F = TypeVar("F", bound=RecordingFormat)
 

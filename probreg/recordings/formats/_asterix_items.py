@@ -138,35 +138,70 @@ def messages(path: Path) -> Iterator[Message]:
         No decoder, no such file, blocks that are cut off or do not decode, with the byte.
     """
     extras.require("asterix", "ASTERIX")
-    import asterix.generated as generated
-    from asterix.base import Bits
-
     try:
         content = path.read_bytes()
     except OSError as error:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}.") from None
     if not content:
         raise InvalidInputError(f"{path} is empty.")
-    specs = {c: getattr(generated, f"Cat_{c:03d}_{edition}") for c, edition in EDITIONS.items()}
+    yield from decoded(content, path)
+
+
+def blocks(content: bytes, path: Path, first: int = 0) -> Iterator[tuple[int, int]]:
+    """First and last byte, exclusive, of each block that is complete.
+
+    Raises
+    ------
+    InvalidInputError
+        What can be no block.
+    """
     start = 0
-    while start < len(content):
-        category, length = content[start], int.from_bytes(content[start + 1 : start + 3], "big")
-        end = start + length
-        if length < HEADER_BYTES or end > len(content):
+    while start + HEADER_BYTES <= len(content):
+        length = int.from_bytes(content[start + 1 : start + HEADER_BYTES], "big")
+        if length < HEADER_BYTES:
+            raise _no_block(content, start, path, first)
+        if start + length > len(content):
+            return
+        yield start, start + length
+        start += length
+
+
+def decoded(content: bytes, path: Path, first: int = 0) -> Iterator[Message]:
+    """Decode data blocks that begin at some byte of a file.
+
+    Raises
+    ------
+    InvalidInputError
+        No decoder, blocks that are cut off or do not decode, with the byte.
+    """
+    extras.require("asterix", "ASTERIX")
+    import asterix.generated as generated
+    from asterix.base import Bits
+
+    specs = {c: getattr(generated, f"Cat_{c:03d}_{edition}") for c, edition in EDITIONS.items()}
+    end = 0
+    for start, end in blocks(content, path, first):
+        category = content[start]
+        if category not in TAKE:
+            continue
+        records = specs[category].cv_uap.parse(Bits.from_bytes(content[start + 3 : end]))
+        try:
+            if isinstance(records, ValueError):
+                raise records
+            yield from (TAKE[category](record) for record in records)
+        except ValueError as error:
             raise InvalidInputError(
-                f"{path}, byte {start}: a block of category {category} says {length} bytes, "
-                f"{len(content) - start} are left. The file is cut off, or no plain sequence of "
-                "ASTERIX blocks (captures of a network must be unpacked first)."
-            )
-        if category in TAKE:
-            records = specs[category].cv_uap.parse(Bits.from_bytes(content[start + 3 : end]))
-            try:
-                if isinstance(records, ValueError):
-                    raise records
-                yield from (TAKE[category](record) for record in records)
-            except ValueError as error:
-                raise InvalidInputError(
-                    f"{path}, byte {start}: block of category {category} does not decode as "
-                    f"edition {EDITIONS[category].replace('_', '.')} ({error})."
-                ) from None
-        start = end
+                f"{path}, byte {first + start}: block of category {category} does not decode as "
+                f"edition {EDITIONS[category].replace('_', '.')} ({error})."
+            ) from None
+    if end < len(content):
+        raise _no_block(content, end, path, first)
+
+
+def _no_block(content: bytes, start: int, path: Path, first: int) -> InvalidInputError:
+    length = int.from_bytes(content[start + 1 : start + HEADER_BYTES], "big")
+    return InvalidInputError(
+        f"{path}, byte {first + start}: a block of category {content[start]} says {length} bytes, "
+        f"{len(content) - start} are left. The file is cut off, or no plain sequence of "
+        "ASTERIX blocks (captures of a network must be unpacked first)."
+    )

@@ -9,14 +9,15 @@ from pathlib import Path
 import pandas as pd
 import pyarrow as pa
 
+from probreg.recordings._arrivals import Arrivals, Piece
 from probreg.recordings._setup import Setup
-from probreg.recordings._stream import Change, RowName
-from probreg.recordings._table import ROW_LIMIT, read_table
+from probreg.recordings._stream import Batches, Change, RowName
+from probreg.recordings._table import ROW_LIMIT, read_piece, read_table
 from probreg.recordings._table_reading import TableReading
-from probreg.recordings.formats._format import RecordingFormat
+from probreg.recordings.formats._in_pieces import InPieces
 
 
-class TableFormat(RecordingFormat):
+class TableFormat(InPieces):
     """A kind of file that holds a table, as a stream of batches of columns."""
 
     def read(
@@ -24,6 +25,16 @@ class TableFormat(RecordingFormat):
     ) -> TableReading:
         """Read a table, see `probreg.recordings.table.read`."""
         return read_table(self, path, setup, row_limit=row_limit, trust_units=trust_units)
+
+    @abstractmethod
+    def of_piece(self, piece: Piece) -> Batches:
+        """The rows of a piece."""
+
+    def arrivals(self, piece: Piece, setup: Setup, *, fixed: bool) -> Arrivals | None:
+        """Reports of a piece, None where it has none."""
+        if not piece.body.strip():
+            return None
+        return read_piece(self.of_piece(piece), piece.path, setup)
 
     @abstractmethod
     def batches(self, path: Path) -> Iterator[pa.RecordBatch]:

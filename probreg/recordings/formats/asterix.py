@@ -23,14 +23,15 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.recordings import checks
+from probreg.recordings._arrivals import Arrivals, Piece, chosen, in_time
 from probreg.recordings._heights import add_beside, against_prior, heights_assumed, in_order
 from probreg.recordings._kinds import factor
 from probreg.recordings._north import geodetic_axes
 from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
-from probreg.recordings.formats._asterix_items import Message, Survey, messages
-from probreg.recordings.formats._format import RecordingFormat
+from probreg.recordings.formats._asterix_items import Message, Survey, blocks, decoded, messages
+from probreg.recordings.formats._in_pieces import InPieces
 from probreg.sensors import Sensor
 from probreg.sensors.frame import LocalFrame
 from probreg.sensors.geometry import wrap_angle
@@ -44,14 +45,26 @@ PLOTS, POSITIONS = (48,), (21, 62)  # categories
 Source = tuple[int, int]
 
 
-class Asterix(RecordingFormat):
+class Asterix(InPieces):
     """Blocks of ASTERIX one after another, of the sources that the setup names."""
 
     endings: ClassVar[tuple[str, ...]] = (".ast", ".asterix")
+    piece_bytes: ClassVar[int | None] = 1 << 18  # some seconds of decoding
 
     def read(self, path: Path, setup: Setup, *, trust_units: bool = False) -> Reading:
         """Read a file; its units are fixed, so there is nothing to trust."""
         return read(path, setup, setup.asterix)
+
+    def complete_length(self, body: bytes) -> int:
+        """Bytes of the blocks that are complete."""
+        try:
+            return max((end for _, end in blocks(body, Path())), default=0)
+        except InvalidInputError:  # said with the place in the file when it is decoded
+            return len(body)
+
+    def arrivals(self, piece: Piece, setup: Setup, *, fixed: bool) -> Arrivals | None:
+        """Reports of some blocks; times of day count on from the last one."""
+        return read_piece(piece, setup, fixed=fixed)
 
 
 def survey(path: str | Path) -> dict[Source, Survey]:
@@ -101,27 +114,60 @@ def read(path: str | Path, setup: Setup, sources: Mapping[Source, str]) -> Readi
     path = Path(path)
     _check(setup, sources)
     every = list(messages(path))
-    found = _survey(every)
-    stations = {name: found[s].place for s, name in sources.items() if s in found}
-    placed, notes = _placed(setup, stations)
-    unused = [f"source {source} is not used" for source in sorted(set(found) - set(sources))]
-    arrays, cells, labels, said = _joined(path, placed, sources, every)
+    placed, notes = _by_messages(setup, sources, every)
+    arrays, cells, labels, said = _joined(placed, sources, every)
+    for source, name in sources.items():
+        if not (arrays["sensor"] == [sensor.name for sensor in setup.sensors].index(name)).any():
+            raise InvalidInputError(f"{path} has no usable message of sensor {name!r} {source}.")
+    del arrays["number"]
     joined = add_beside(placed, arrays, cells)
     order = np.argsort(joined.arrays["time"], kind="stable")
     recording = Recording(joined.setup.sensors, labels=labels, **in_order(joined.arrays, order))
     checks.check(recording)
     heights = [factor(name) * column[np.isfinite(column)] for name, column in cells.items()]
-    notes = [*setup.notes, *unused, *notes, *said, *joined.notes]
+    notes = [*setup.notes, *notes, *said, *joined.notes]
     notes += against_prior(joined.setup, np.concatenate(heights))
     notes += heights_assumed(joined.setup, joined.arrays)
     return Reading(path, recording, joined.setup, tuple(notes))
 
 
-def _usable(sensor: Sensor, own: list[Message]) -> tuple[list[Message], int]:
-    """Plots or positions of a source that are whole, and the number of those that are not."""
+def read_piece(piece: Piece, setup: Setup, *, fixed: bool) -> Arrivals | None:
+    """Read some blocks, see `InPieces.arrivals`; sources may be silent."""
+    _check(setup, setup.asterix)
+    every = list(decoded(piece.body, piece.path, piece.start))
+    placed, notes = (setup, []) if fixed else _by_messages(setup, setup.asterix, every)
+    if not any(_usable(setup, name, source, every)[0] for source, name in setup.asterix.items()):
+        return None
+    arrays, cells, labels, said = _joined(placed, setup.asterix, every)
+    order = np.argsort(arrays.pop("number"))
+    arrays, cells = in_order(arrays, order), in_order(cells, order)
+    day = np.mod(arrays["time"], DAY_S)
+    arrays["time"] = _unwrapped(day, day[0] if piece.after is None else piece.after)
+    joined = add_beside(placed, arrays, cells)
+    arrays = joined.arrays
+    arrays.setdefault("beside", np.arange(len(arrays["time"])))
+    arrays = chosen(arrays, np.argsort(joined.rows, kind="stable"))
+    in_time(joined.setup, arrays)
+    return Arrivals(joined.setup, arrays, labels, (), (*notes, *said, *joined.notes))
+
+
+def _by_messages(
+    setup: Setup, sources: Mapping[Source, str], every: list[Message]
+) -> tuple[Setup, list[str]]:
+    """The setup with radars where their own messages have them, and notes on sources."""
+    found = _survey(every)
+    stations = {name: found[s].place for s, name in sources.items() if s in found}
+    placed, notes = _placed(setup, stations)
+    unused = [f"source {source} is not used" for source in sorted(set(found) - set(sources))]
+    return placed, [*unused, *notes]
+
+
+def _usable(setup: Setup, name: str, source: Source, every: list[Message]) -> tuple[list[int], int]:
+    """Numbers of a source's plots or positions that are whole, and how many are not."""
+    sensor = next(sensor for sensor in setup.sensors if sensor.name == name)
     used = POSITIONS if sensor.cartesian else PLOTS
-    own = [m for m in own if m.category in used]
-    whole = [m for m in own if m.values and m.time_s is not None]
+    own = [k for k, m in enumerate(every) if m.source == source and m.category in used]
+    whole = [k for k in own if every[k].values and every[k].time_s is not None]
     return whole, len(own) - len(whole)
 
 
@@ -165,26 +211,30 @@ def _placed(
 
 
 def _joined(
-    path: Path, setup: Setup, sources: Mapping[Source, str], every: list[Message]
+    setup: Setup, sources: Mapping[Source, str], every: list[Message]
 ) -> tuple[dict[str, Any], dict[str, FloatArray], tuple[str, ...], list[str]]:
-    """Arrays of a recording, heights beside its reports, names of its targets, and notes."""
+    """Arrays of a recording with the number of each report's message, by source.
+
+    Then heights beside its reports, names of its targets, and notes.
+    """
     numbers = {sensor.name: k for k, sensor in enumerate(setup.sensors)}
     notes: list[str] = []
     parts: list[tuple[FloatArray | IntArray, ...]] = []
     for source, name in sources.items():
-        own = setup.sensors[numbers[name]]
-        whole, lost = _usable(own, [m for m in every if m.source == source])
-        if not whole:
-            raise InvalidInputError(f"{path} has no usable message of sensor {name!r} {source}.")
+        whole, lost = _usable(setup, name, source, every)
         notes += [f"{lost} of {name} lack place or time; left out"] if lost else []
-        parts.append((np.full(len(whole), numbers[name]), *_reports(setup, own, whole)))
-    sensor, time, values, level, height, address = (
+        found = [every[k] for k in whole]
+        own = setup.sensors[numbers[name]]
+        columns = _reports(setup, own, found)
+        parts.append((np.array(whole, dtype=int), np.full(len(whole), numbers[name]), *columns))
+    number, sensor, time, values, level, height, address = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
     known, target = np.unique(address, return_inverse=True)
-    blank = int(known[0] == UNKNOWN)
+    blank = int(UNKNOWN in known)
     labels = tuple(f"{number:06x}" for number in known[blank:].tolist())
-    arrays = {"sensor": sensor, "time": time, "values": values, "target": target - blank}
+    arrays = {"number": number, "sensor": sensor, "time": time, "values": values}
+    arrays["target"] = target - blank
     return arrays, {"flight_level": level, "height_m": height}, labels, notes
 
 
@@ -192,7 +242,7 @@ def _reports(
     setup: Setup, sensor: Sensor, found: list[Message]
 ) -> tuple[FloatArray | IntArray, ...]:
     """Times, values, flight levels, heights that the values lack, addresses of the messages."""
-    given = np.array([m.values for m in found], dtype=float)
+    given = np.array([m.values for m in found], dtype=float).reshape(len(found), 2)
     level, height = (
         np.array([getattr(m, name) for m in found], dtype=float)
         for name in ("flight_level", "height_m")
@@ -205,12 +255,16 @@ def _reports(
     else:
         azimuth = wrap_angle(np.deg2rad(given[:, 1]))
         values[:, :2] = np.column_stack([NAUTICAL_MILE_M * given[:, 0], azimuth])
-    time = _unwrapped(np.array([m.time_s for m in found]))
-    address = np.array([UNKNOWN if m.address is None else m.address for m in found])
+    time = np.array([m.time_s for m in found], dtype=float)
+    time = _unwrapped(time, time[0]) if len(time) else time
+    address = np.array([UNKNOWN if m.address is None else m.address for m in found], dtype=int)
     return time, values, level, height, address
 
 
-def _unwrapped(time_of_day: FloatArray) -> FloatArray:
-    """Count days on where the time of day falls by more than half a day; small falls stay."""
-    days = np.cumsum(np.round(-np.diff(time_of_day, prepend=time_of_day[0]) / DAY_S))
+def _unwrapped(time_of_day: FloatArray, after: float) -> FloatArray:
+    """Count days on where the time of day falls by more than half a day; small falls stay.
+
+    The first time is the one nearest to another that came before.
+    """
+    days = np.cumsum(np.round(-np.diff(time_of_day, prepend=after) / DAY_S))
     return time_of_day + DAY_S * days

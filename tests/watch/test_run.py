@@ -1,0 +1,395 @@
+"""A watch that is ended at any point goes on as if nothing had happened, bit for bit."""
+
+from __future__ import annotations
+
+import errno
+import io
+import itertools
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from probreg.errors import InvalidInputError
+from probreg.recordings.growing import GrowingInput
+from probreg.scenarios.demonstration import demonstration
+from probreg.scenarios.traffic import TrafficScene
+from probreg.watch import going, journal, run, state_file
+from probreg.watch.run import watch
+from probreg.watch.task import Clock, Ends, Talk
+from tests.watch import mean_engine
+from tests.watch.kill_often import task
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """Every slice is saved, as in a recording that is no faster than time."""
+    monkeypatch.setattr(run, "SAVE_S", 0.0)
+
+
+class PowerCut(BaseException):
+    """Nothing catches it, as nothing catches SIGKILL."""
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo")
+    scene = TrafficScene(reports=2_000, aircraft=20)
+    demonstration(folder, np.random.default_rng(1), scene)
+    list(watch(task(folder, folder / "reports.csv", "whole")))
+    return folder
+
+
+@pytest.fixture
+def work(demo, tmp_path):
+    for name in ("reports.csv", "sensors.toml"):
+        (tmp_path / name).write_bytes((demo / name).read_bytes())
+    return tmp_path
+
+
+def result(folder):
+    """Journal and state, but for what the file system says of the recording."""
+    arrays, words = state_file.read(folder / going.STATE)
+    position = words.pop("position")
+    files = [(f["read"], f["lines"], f["known_by"]) for f in position["files"]]
+    text = (folder / run.JOURNAL).read_bytes()
+    return text, {n: a.tobytes() for n, a in arrays.items()}, words, files, position["last"]
+
+
+def lines(folder):
+    return [json.loads(line) for line in (folder / run.JOURNAL).read_text().splitlines()]
+
+
+def test_the_journal_has_a_line_a_slice(demo):
+    first, *rest = lines(demo / "whole")
+    assert first["start"]["reports"] > 100
+    times = np.array([first["time"], *(line["time"] for line in rest)])
+    np.testing.assert_allclose(np.diff(times), 10.0)
+    # every report of the table is used once
+    used = first["start"]["reports"] + sum(line["reports"]["used"] for line in rest)
+    assert used == len((demo / "reports.csv").read_text().splitlines()) - 1
+
+
+def test_killed_again_and_again_the_numbers_are_the_same(demo, work):
+    arguments = [sys.executable, "-m", "tests.watch.kill_often", str(work), "5", "14"]
+    found = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    assert int(found.stdout) == 14  # every one of them was killed while it ran
+    assert result(work / "killed") == result(demo / "whole")
+
+
+def points(monkeypatch, cut_at):
+    """Cut the power at the n-th of all the moments at which something reaches the disk."""
+    count = itertools.count()
+
+    def guard(owner, name):
+        real = getattr(owner, name)
+
+        def broken(*given, **more):
+            if next(count) == cut_at:
+                raise PowerCut
+            done = real(*given, **more)
+            if next(count) == cut_at:
+                raise PowerCut
+            return done
+
+        monkeypatch.setattr(owner, name, broken)
+
+    for owner, name in ((os, "fsync"), (os, "replace"), (np, "savez"), (journal.json, "dumps")):
+        guard(owner, name)
+
+
+@pytest.mark.parametrize("cut_at", [*range(30), 101, 102, 103, 104])
+def test_wherever_the_power_is_cut_the_numbers_are_the_same(demo, work, monkeypatch, cut_at):
+    with monkeypatch.context() as patch:
+        points(patch, cut_at)
+        with pytest.raises(PowerCut):
+            list(watch(task(work, work / "reports.csv", "cut")))
+    list(watch(task(work, work / "reports.csv", "cut")))
+    assert result(work / "cut") == result(demo / "whole")
+    assert not list((work / "cut").glob("*.part"))
+
+
+def test_slices_after_the_last_state_are_done_again(demo, work, monkeypatch):
+    monkeypatch.setattr(run, "SAVE_S", 1e9)
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "save", lambda *given: (_ for _ in ()).throw(PowerCut))
+        with pytest.raises(PowerCut):
+            list(watch(task(work, work / "reports.csv", "cut")))
+    # all but the last slice, which the end of the recording completes
+    assert lines(work / "cut") == lines(demo / "whole")[:-1]
+    assert not (work / "cut" / going.STATE).exists()
+    list(watch(task(work, work / "reports.csv", "cut")))
+    assert result(work / "cut") == result(demo / "whole")
+
+
+def test_an_error_in_the_recording_keeps_what_was_done(demo, work, monkeypatch):
+    monkeypatch.setattr(run, "SAVE_S", 1e9)
+    monkeypatch.setattr("probreg.recordings.formats.csv.Csv.piece_bytes", 4000)
+    good = (work / "reports.csv").read_bytes()
+    rows = good.splitlines(keepends=True)
+    (work / "reports.csv").write_bytes(b"".join([*rows[:1500], b"broken\n", *rows[1500:]]))
+    with pytest.raises(InvalidInputError, match=r"line 1501"):
+        list(watch(task(work, work / "reports.csv", "cut")))
+    assert len(lines(work / "cut")) > 5
+    # the line is repaired, and the watch goes on
+    (work / "reports.csv").write_bytes(good)
+    list(watch(task(work, work / "reports.csv", "cut")))
+    assert result(work / "cut")[:2] == result(demo / "whole")[:2]
+
+
+def test_negative_control_a_journal_that_is_not_cut_back_repeats_a_line(demo, work, monkeypatch):
+    def longer(path, length, line):
+        with path.open("ab") as file:
+            file.write(json.dumps(line).encode() + b"\n")
+        return path.stat().st_size
+
+    monkeypatch.setattr(run.journal, "append", longer)
+    steps = watch(task(work, work / "reports.csv", "cut"))
+    next(steps)
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "save", lambda *given: (_ for _ in ()).throw(PowerCut))
+        with pytest.raises(PowerCut):
+            next(steps)
+    list(watch(task(work, work / "reports.csv", "cut")))
+    times = [line["time"] for line in lines(work / "cut")]
+    assert len(times) == len(set(times)) + 1
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt, GeneratorExit])
+def test_an_interrupt_saves_what_came(demo, work, end):
+    steps = watch(task(work, work / "reports.csv", "ended"))
+    next(steps)
+    next(steps)
+    if end is GeneratorExit:
+        steps.close()
+    else:
+        with pytest.raises(end):
+            steps.throw(end)
+    assert len(lines(work / "ended")) == 3
+    list(watch(task(work, work / "reports.csv", "ended")))
+    assert result(work / "ended") == result(demo / "whole")
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_standard_input_goes_on_after_an_interrupt(demo, work, again):
+    content = (work / "reports.csv").read_bytes()
+    rows = content.splitlines(keepends=True)
+
+    def given(part):
+        stream = GrowingInput(io.BytesIO(b"".join(part)))
+        return task(work, work / "reports.csv", "piped", ends=Ends())._replace(source=stream)
+
+    steps = watch(given(rows[:1000]))
+    for _ in range(4):
+        next(steps)
+    steps.close()
+    list(watch(given(rows if again else [rows[0], *rows[1000:]])))
+    assert result(work / "piped")[:2] == result(demo / "whole")[:2]
+
+
+def test_a_full_disk_leaves_the_state_as_it_was(demo, work, monkeypatch):
+    steps = watch(task(work, work / "reports.csv", "full"))
+    next(steps)
+    before = (work / "full" / going.STATE).read_bytes()
+
+    def full(handle):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(OSError, match="No space left"):
+            next(steps)
+    assert (work / "full" / going.STATE).read_bytes() == before
+    list(watch(task(work, work / "reports.csv", "full")))
+    assert result(work / "full") == result(demo / "whole")
+
+
+def other_sensors(folder):
+    path = folder / "sensors.toml"
+    path.write_text(path.read_text().replace('"radar2"', '"radar9"'))
+    rows = (folder / "reports.csv").read_text().replace("radar2", "radar9")
+    (folder / "reports.csv").write_text(rows)
+
+
+def other_accuracy(folder):
+    path = folder / "sensors.toml"
+    text = path.read_text()
+    start = text.index("sigma_range_m = ")
+    path.write_text(text[:start] + "sigma_range_m = 77.5" + text[text.index("\n", start) :])
+
+
+OTHERS = {
+    "sensors": (other_sensors, {}, r'sensors was \["radar1", "radar2", "radar3"\], and is'),
+    "accuracy": (other_accuracy, {}, r"sigma_range_m of radar1 was \d+.*, and is 77.5"),
+    "settings": (
+        lambda folder: None,
+        {"settings": mean_engine.MeanSettings(slice_s=5.0)},
+        "slice_s was 10.0, and is 5.0",
+    ),
+    "seed": (lambda folder: None, {"seed": 4}, "seed was 0, and is 4"),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_state_of_another_watch_is_refused_and_left(work, name):
+    change, more, words = OTHERS[name]
+    steps = watch(task(work, work / "reports.csv", "out"))
+    next(steps)
+    steps.close()
+    before = {path.name: path.read_bytes() for path in (work / "out").iterdir()}
+    change(work)
+    given = task(work, work / "reports.csv", "out")._replace(**more)
+    with pytest.raises(InvalidInputError, match=words):
+        list(watch(given))
+    assert {path.name: path.read_bytes() for path in (work / "out").iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("facts", "words"),
+    [({"FORMAT": 99}, "format was 1, and is 99"), ({}, 'probreg was ".*", and is "9.9"')],
+)
+def test_a_state_of_another_version_is_refused(work, monkeypatch, facts, words):
+    list(itertools.islice(watch(task(work, work / "reports.csv", "out")), 2))
+    for name, value in facts.items():
+        monkeypatch.setattr(state_file, name, value)
+    if not facts:
+        monkeypatch.setattr("probreg.__version__", "9.9")
+    with pytest.raises(InvalidInputError, match=words):
+        list(watch(task(work, work / "reports.csv", "out")))
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut off", b"mine"])
+def test_a_damaged_state_is_refused_and_left(work, content):
+    (work / "out").mkdir()
+    (work / "out" / going.STATE).write_bytes(content)
+    with pytest.raises(InvalidInputError, match=r"state\.npz is damaged, or no state"):
+        list(watch(task(work, work / "reports.csv", "out")))
+    assert (work / "out" / going.STATE).read_bytes() == content
+
+
+def test_a_journal_that_became_shorter_is_refused(work):
+    list(itertools.islice(watch(task(work, work / "reports.csv", "out")), 2))
+    (work / "out" / run.JOURNAL).write_text("")
+    with pytest.raises(InvalidInputError, match=r"journal\.jsonl has 0 bytes, and had"):
+        list(watch(task(work, work / "reports.csv", "out")))
+
+
+def test_two_watches_do_not_write_into_one_folder(work):
+    steps = watch(task(work, work / "reports.csv", "out"))
+    next(steps)
+    with pytest.raises(InvalidInputError, match="another watch writes into"):
+        next(watch(task(work, work / "reports.csv", "out")))
+    steps.close()
+    next(watch(task(work, work / "reports.csv", "out")))
+
+
+class Simulated:
+    """A clock that passes while one sleeps, and does something at given times."""
+
+    def __init__(self, start=0.0, at=()):
+        self.now, self.start, self.at = 0.0, start, list(at)
+
+    def sleep(self, seconds):
+        self.now += seconds
+        while self.at and self.at[0][0] <= self.now:
+            self.at.pop(0)[1]()
+
+    @property
+    def clock(self):
+        return Clock(lambda: self.now, lambda: self.start + self.now, self.sleep)
+
+
+def test_silence_is_said_once_and_patience_ends_it(demo, work):
+    rows = (work / "reports.csv").read_bytes().splitlines(keepends=True)
+    path = work / "grows.csv"
+    path.write_bytes(b"".join(rows[:1200])[:-5])
+
+    def more():
+        with path.open("ab") as file:
+            file.write(b"".join(rows[:1200])[-5:] + b"".join(rows[1200:]))
+
+    said, simulated = [], Simulated(at=[(30.0, more)])
+    list(
+        watch(
+            task(
+                *(work, path, "out"),
+                ends=Ends(patience_s=40.0),
+                talk=Talk(said.append),
+                clock=simulated.clock,
+            )
+        )
+    )
+    assert said[0].endswith("bytes that are not complete; waiting for the rest")
+    assert said[1:] == ["nothing new; waiting"]
+    assert 69.0 < simulated.now < 72.0
+    assert result(work / "out") == result(demo / "whole")
+
+
+def test_until_ends_at_a_time_of_the_recording(demo, work):
+    whole = lines(demo / "whole")
+    list(watch(task(work, work / "reports.csv", "out", ends=Ends(until=whole[5]["time"] + 3.0))))
+    assert lines(work / "out") == whole[:6]
+    # a later end goes on
+    list(watch(task(work, work / "reports.csv", "out", ends=Ends(until=whole[8]["time"]))))
+    assert lines(work / "out") == whole[:9]
+
+
+def test_until_ends_by_the_clock_of_the_computer_where_nothing_comes(work):
+    rows = (work / "reports.csv").read_text().splitlines()
+    head, first = rows[0].split(","), rows[1].split(",")
+    column = head.index("time_s")
+    epoch = 1.7e9
+    late = [row.split(",") for row in rows[1:]]
+    for row in late:
+        row[column] = repr(epoch + float(row[column]))
+    text = "\n".join([rows[0], *(",".join(row) for row in late)]) + "\n"
+    (work / "posix.csv").write_text(text)
+    last = float(late[-1][column])
+    simulated = Simulated(start=last)
+    ends = Ends(until=last + 100.0)
+    list(watch(task(work, work / "posix.csv", "out", ends=ends, clock=simulated.clock)))
+    assert 119.0 < simulated.now < 122.0
+    assert first != late[0]
+    assert lines(work / "out")[-1]["time"] >= last
+
+
+def test_a_recording_without_reports_is_refused(work):
+    path = work / "empty.csv"
+    path.write_text((work / "reports.csv").read_text().splitlines()[0] + "\n")
+    with pytest.raises(InvalidInputError, match="no report; there is nothing to watch"):
+        list(watch(task(work, path, "out")))
+
+
+def test_the_first_minutes_are_checked_as_a_recording_is(work):
+    rows = (work / "reports.csv").read_text().splitlines()
+    path = work / "bad.csv"
+    path.write_text("\n".join(row for row in rows if "radar3" not in row) + "\n")
+    with pytest.raises(InvalidInputError, match="sensor 'radar3' has no report"):
+        list(watch(task(work, path, "out")))
+    wrong = rows[1].split(",")
+    wrong[rows[0].split(",").index("time_s")] = "5e6"
+    path.write_text("\n".join([rows[0], ",".join(wrong), *rows[2:]]) + "\n")
+    with pytest.raises(InvalidInputError, match="first report is of time 5000000"):
+        list(watch(task(work, path, "out")))
+
+
+@pytest.mark.parametrize("shift", [5e4, -5e4])
+def test_a_clock_that_jumps_is_an_alarm_once(work, shift):
+    rows = [row.split(",") for row in (work / "reports.csv").read_text().splitlines()]
+    time, sensor = rows[0].index("time_s"), rows[0].index("sensor")
+    wrong = [row for row in rows[1:] if row[sensor] == "radar2" and 80.0 < float(row[time]) < 130.0]
+    for row in wrong:
+        row[time] = repr(float(row[time]) + shift)
+    path = work / "jumps.csv"
+    path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+    list(watch(task(work, path, "out")))
+    told = lines(work / "out")
+    (alarm,) = [alarm for line in told[1:] for alarm in line["alarms"]]
+    assert (alarm["kind"], alarm["sensor"]) == ("clock", "radar2")
+    assert alarm["size"] == pytest.approx(shift, abs=20.0)
+    assert 80.0 < alarm["time"] < 101.0
+    left = sum(line["left_out"]["ahead"].get("radar2", 0) for line in told[1:])
+    assert left == (len(wrong) if shift > 0 else 0)
