@@ -42,7 +42,7 @@ def independent_ratio(found):
     """The clustered sandwich, each target's score by dense Gaussian algebra."""
     fit = found.fit
     equations, point = fit.point.tangent.equations, fit.point
-    motion = fit.model.motion(equations, 9.0 * point.density, point.constant_sd)
+    motion = fit.model.motion(equations, fit.model.caution * point.density, point.constant_sd)
     tracks = Tracks(equations, motion, len(found.names), point.weights)
     away = fit.theta - point.tangent.theta
     total, count = 0.0, len(equations.target_start) - 1
