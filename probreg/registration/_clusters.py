@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from probreg.posterior.tracks import TrackFit
+from probreg.posterior.tracks import TrackFit, bias_scores, telling_targets
 from probreg.typing import FloatArray
 
 FEWEST_TARGETS = 10  # below, a sum over targets says next to nothing about its own spread
@@ -21,12 +21,9 @@ def cluster_ratio(fit: TrackFit) -> FloatArray:
     ndarray, shape (p,)
         About one where errors are independent; NaN with fewer than ten targets.
     """
-    found, delta = fit.information, fit.theta - fit.point.tangent.theta
-    J = found.precision_by_target
-    tell = np.flatnonzero(np.einsum("kpp->k", J) > 0.0)
+    tell = telling_targets(fit)
     if len(tell) < FEWEST_TARGETS:
-        return np.full(len(fit.theta), np.nan)
-    scores = found.shift_by_target[tell] - J[tell] @ delta
-    moved = scores @ fit.covariance
+        return np.full(fit.knots.num_biases, np.nan)
+    moved = fit.knots.averages(bias_scores(fit)[tell] @ fit.covariance)
     variance = len(tell) / (len(tell) - 1.0) * np.einsum("gp,gp->p", moved, moved)
-    return np.asarray(np.sqrt(variance / np.diag(fit.covariance)))
+    return np.asarray(np.sqrt(variance / np.diag(fit.bias_covariance)))

@@ -7,7 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from probreg.posterior.tracks import Prediction, TrackFit, predict
+from probreg.posterior.tracks import (
+    Prediction,
+    TrackFit,
+    predict,
+    some_targets_say,
+    telling_targets,
+)
 from probreg.typing import FloatArray, IntArray
 
 _STANDARD_ERRORS = 2.0
@@ -65,34 +71,19 @@ class HeldOut:
         return float(np.nanmedian(self.before_m)), float(np.nanmedian(self.after_m))
 
 
-def telling(fit: TrackFit) -> IntArray:
-    """Targets that say something of the biases."""
-    return np.flatnonzero(np.einsum("kpp->k", fit.information.precision_by_target) > 0.0)
-
-
-def theta_of(fit: TrackFit, targets: IntArray) -> FloatArray:
-    """Biases (p,) by some of the targets, at the weights of the fit."""
-    found, model = fit.information, fit.model
-    J = found.precision_by_target[targets].sum(axis=0)
-    eta = found.shift_by_target[targets].sum(axis=0)
-    tangent, prior = fit.point.tangent.theta, model.prior
-    pull = eta + prior.precision @ (prior.mean - tangent)
-    return np.asarray(tangent + np.linalg.solve(J + prior.precision, pull))
-
-
 def score(fit: TrackFit, share: float, rng: np.random.Generator) -> HeldOut | None:
     """Biases of some targets, scored on the others; None where there is one target only."""
-    known = telling(fit)
+    known = telling_targets(fit)
     if len(known) < 2:
         return None
     count = min(max(round(share * len(known)), 1), len(known) - 1)
     held = rng.permutation(known)[:count]
-    theta = theta_of(fit, np.setdiff1d(known, held))
+    theta = some_targets_say(fit, np.setdiff1d(known, held))
     enough = np.cumsum(fit.model.reports.counts[held]) <= MOST_REPORTS
     enough[0] = True
     held = np.sort(held[enough])
     after = predict(fit, theta, held)
-    before = predict(fit, fit.model.prior.mean, held)
+    before = predict(fit, fit.model.prior_coefficients, held)
     sides = [_metres(one) for one in (before, after)]
     scores = [_by_report(one, one.judged.log_density) for one in (before, after)]
     own = fit.model.reports.target[after.rows]

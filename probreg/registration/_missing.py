@@ -122,7 +122,7 @@ def _with_bias(problem: RecordingProblem, choice: LawChoice, at: TrackFit) -> _S
     if after is None:
         return None
     number = after[0].model.numbers[name]
-    value, sd = float(after[1].theta[number]), float(after[1].sd[number])
+    value, sd = float(after[1].biases[number]), float(after[1].bias_sd[number])
     if abs(value) < LEAST_SDS * sd:
         return None  # what looked like it is something else
     return _Step(MissingTerm(name, term.unit, float(tests.chi2[k]), value, sd), *after)

@@ -54,7 +54,7 @@ def remarks(
         *([] if missing else scale(names, checks.noise_scale)),
         *correction(scored),
         *([] if missing else accuracy(checks.accuracies)),
-        *far(problem.names, fit.theta, problem.prior_sd),
+        *far(problem.names, fit.biases, problem.prior_sd),
         *clocks(fit),
     )
 

@@ -9,10 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.posterior.tracks import TrackFit, fit_tracks, predict
+from probreg.posterior.tracks import (
+    TrackFit,
+    fit_tracks,
+    predict,
+    some_targets_say,
+    telling_targets,
+)
 from probreg.problems.recording import recording_problem
 from probreg.recordings import Recording, Setup
-from probreg.registration._held_out import telling, theta_of
 from probreg.registration._identities import PROVISIONAL, of_some
 from probreg.registration._laws import LawChoice
 from probreg.registration._track_model import track_model
@@ -84,9 +89,9 @@ def compare_terms(
         fit = fit_tracks(of_some(track_model(problem, law), TERM_REPORTS), offers=0)
         if fold is None:
             K = fit.model.reports.num_targets
-            if len(telling(fit)) < folds:
+            if len(telling_targets(fit)) < folds:
                 raise InvalidInputError(
-                    f"{len(telling(fit))} targets cannot be dealt to {folds} folds."
+                    f"{len(telling_targets(fit))} targets cannot be dealt to {folds} folds."
                 )
             fold = rng.permutation(K) % folds
         scores[name] = _predicted(fit, fold)
@@ -118,7 +123,7 @@ def _predicted(fit: TrackFit, fold: IntArray) -> FloatArray:
     score = np.zeros(len(fold))
     for k in np.unique(fold):
         held, rest = np.flatnonzero(fold == k), np.flatnonzero(fold != k)
-        found = predict(fit, theta_of(fit, rest), held)
+        found = predict(fit, some_targets_say(fit, rest), held)
         own = fit.model.reports.target[found.rows][found.tangent.rows]
         np.add.at(score, own, found.judged.log_density)
     return score

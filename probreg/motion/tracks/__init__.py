@@ -5,6 +5,7 @@ Reports enter as scalar equations (`TrackEquations`) in order of target and time
 
 from probreg.motion.tracks._build import ScalarEquations, track_equations, track_motion
 from probreg.motion.tracks._equations import LEAST_WEIGHT, TrackEquations, TrackMotion, spans
+from probreg.motion.tracks.drifting import DriftInformation, eliminate_drifting
 from probreg.motion.tracks.information import BiasInformation, eliminate_paths
 from probreg.motion.tracks.smoothing import (
     SmoothedTracks,
@@ -19,6 +20,7 @@ from probreg.motion.tracks.smoothing import (
 __all__ = [
     "LEAST_WEIGHT",
     "BiasInformation",
+    "DriftInformation",
     "ScalarEquations",
     "SmoothedTracks",
     "TrackEquations",
@@ -27,6 +29,7 @@ __all__ = [
     "bias_response",
     "draw_model",
     "draw_tracks",
+    "eliminate_drifting",
     "eliminate_paths",
     "smooth_tracks",
     "spans",

@@ -80,9 +80,9 @@ def step(
     constants = model.reports.num_constants > 0
     smoothed = steps.smooth(model, point, solution.theta, covariance=constants)
     judged = steps.judge(model, point, smoothed, widened)
-    after = point
+    after = replace(point, spreads=solution.spreads)
     if widened == 1.0 and known is None:
-        after = steps.refit(model, point, judged)
+        after = steps.refit(model, after, judged)
         after = steps.refit_constants(model, after, smoothed)
     # reports that no other places must not agree on a path of their own, nor be lost for ever
     lone = np.minimum(judged.weight, LONE_WEIGHT)

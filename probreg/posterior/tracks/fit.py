@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from probreg.motion.tracks import BiasInformation
 from probreg.posterior.tracks import steps
 from probreg.posterior.tracks._company import in_company
 from probreg.posterior.tracks._offers import offer_refused
@@ -21,7 +20,8 @@ from probreg.posterior.tracks._search import (
     with_offer,
 )
 from probreg.posterior.tracks.model import TrackModel
-from probreg.posterior.tracks.steps import Point, Solution
+from probreg.posterior.tracks.steps import Information, Point, Solution
+from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.track_reports import TrackLinearisation
 from probreg.typing import FloatArray, IntArray
 
@@ -44,11 +44,12 @@ class TrackFit:
         Its reports under their last identities: refused ones may have found another target.
     point : Point
         Tangent, weights, accelerations, laws and shares at the mode.
-    theta : ndarray, shape (p,)
-    covariance : ndarray, shape (p, p)
-        Of the biases given the weights; paths integrated out.
-    information : BiasInformation
-        By target, of the biases from those of the tangent.
+    theta : ndarray, shape (P,)
+        Coefficients: the biases, of those that drift at every knot; see `Knots`.
+    covariance : ndarray, shape (P, P)
+        Of the coefficients given the weights; paths integrated out.
+    information : BiasInformation or DriftInformation
+        By target, of the coefficients from those of the tangent.
     weights, wrong, log_density : ndarray, shape (n,)
         Expected precision, probability that the report is not of its (last) target, and
         leave-one-out score.
@@ -64,7 +65,7 @@ class TrackFit:
     point: Point
     theta: FloatArray
     covariance: FloatArray
-    information: BiasInformation
+    information: Information
     weights: FloatArray
     wrong: FloatArray
     log_density: FloatArray
@@ -74,8 +75,28 @@ class TrackFit:
 
     @property
     def sd(self) -> FloatArray:
-        """Posterior standard deviations of the biases, shape (p,)."""
+        """Posterior standard deviations of the coefficients, shape (P,)."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def knots(self) -> Knots:
+        """Where the coefficients of the biases stand."""
+        return self.model.reports.coefficients
+
+    @property
+    def biases(self) -> FloatArray:
+        """The biases, of those that drift averages over the recording, shape (p,)."""
+        return self.knots.averages(self.theta)
+
+    @property
+    def bias_covariance(self) -> FloatArray:
+        """Covariance of `biases`, shape (p, p)."""
+        return self.knots.averaged(self.covariance)
+
+    @property
+    def bias_sd(self) -> FloatArray:
+        """Standard deviations of `biases`, shape (p,)."""
+        return np.asarray(np.sqrt(np.diag(self.bias_covariance)))
 
     @property
     def target(self) -> IntArray:
@@ -161,7 +182,7 @@ def _narrowed(model: TrackModel, point: Point, known: Solution | None = None) ->
 
 def _first(model: TrackModel) -> Point:
     """The tangent at the reports themselves, with laws as given."""
-    tangent, weights = _at_reports(model, model.prior.mean)
+    tangent, weights = _at_reports(model, model.prior_coefficients)
     spread = np.asarray(model.constant_sd, dtype=float)
     q = (GENEROUS if model.acceleration_log_sd else 1.0) * model.acceleration
     return Point(tangent, weights, q, model.laws, model.wrong_shares, spread)
@@ -198,7 +219,7 @@ def _report(model: TrackModel, search: Search) -> TrackFit:
     order = point.tangent.order
     return TrackFit(
         model=model,
-        point=point,
+        point=replace(point, spreads=solution.spreads),
         theta=solution.theta,
         covariance=solution.covariance,
         information=solution.information,

@@ -11,9 +11,11 @@ from probreg.errors import InvalidInputError
 from probreg.motion.tracks import TrackEquations, TrackMotion, track_motion
 from probreg.noise import ScaleMixture
 from probreg.posterior.tracks.cavity import ReportMixtures
+from probreg.posterior.tracks.drifting import DriftPrior
 from probreg.prior import GaussianPrior
 from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.track_reports import PathPoints, TrackLinearisation, TrackReports
+from probreg.sensors.drifts import Drift
 from probreg.typing import BoolArray, FloatArray, IntArray
 from probreg.validation import positive_number
 
@@ -60,6 +62,9 @@ class TrackModel:
         Constants whose spread is as given; by default none is.
     guess : PathPoints, optional
         Of every path, by default where the reports themselves place it.
+    drifts : tuple of (Drift, float)
+        How each drifting bias moves, in the order of the reports' knots, and the prior median of
+        its spread. The prior is then of the levels.
 
     Raises
     ------
@@ -81,6 +86,7 @@ class TrackModel:
     constant_sd: tuple[float, ...] = ()
     constant_known: tuple[bool, ...] = ()
     guess: PathPoints | None = None
+    drifts: tuple[tuple[Drift, float], ...] = ()
     start: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -105,6 +111,8 @@ class TrackModel:
             raise InvalidInputError("laws must be scale mixtures and weigh whole reports.")
         if self.prior.mean.size != reports.num_biases:
             raise InvalidInputError(f"the prior must be of {reports.num_biases} biases.")
+        if len(self.drifts) != len(reports.coefficients.drifting):
+            raise InvalidInputError("each bias with knots needs a kind of drift, no other one.")
         known = self.constant_known or (False,) * len(self.constant_sd)
         object.__setattr__(self, "constant_known", known)
         if not len(self.constant_sd) == len(known) == reports.num_constants:
@@ -117,6 +125,19 @@ class TrackModel:
         first[reports.target[order]] = order  # the last written is the earliest
         object.__setattr__(self, "guess", guess)
         object.__setattr__(self, "start", guess.position[first])
+
+    @cached_property
+    def drift(self) -> DriftPrior | None:
+        """Prior of all coefficients where some biases drift."""
+        if not self.drifts:
+            return None
+        kinds, scales = zip(*self.drifts, strict=True)
+        return DriftPrior(self.prior, self.reports.coefficients, kinds, np.array(scales))
+
+    @property
+    def prior_coefficients(self) -> FloatArray:
+        """Prior mean of all coefficients, (P,)."""
+        return self.prior.mean if self.drift is None else self.drift.mean
 
     @property
     def wrong_shares(self) -> FloatArray:
@@ -131,7 +152,8 @@ class TrackModel:
             return None
         together = np.zeros(self.reports.num_biases)
         together[np.concatenate(columns).astype(int)] = 1.0
-        return np.asarray(together / np.linalg.norm(together))
+        moved = self.reports.coefficients.spread(together)
+        return np.asarray(moved / np.linalg.norm(moved))
 
     def of_targets(self, targets: IntArray) -> TrackModel:
         """The model of the reports of some targets, renumbered in the order given."""

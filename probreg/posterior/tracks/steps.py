@@ -10,13 +10,19 @@ import numpy as np
 from probreg.motion.tracks import (
     LEAST_WEIGHT,
     BiasInformation,
+    DriftInformation,
     SmoothedTracks,
+    TrackEquations,
+    TrackMotion,
+    eliminate_drifting,
     eliminate_paths,
     smooth_tracks,
 )
 from probreg.noise import MixtureCounts, ScaleMixture
 from probreg.posterior.tracks.cavity import Judgement, judge_reports, room_for
+from probreg.posterior.tracks.drifting import Evidence, Spreads, coefficients, fit_spreads
 from probreg.posterior.tracks.model import WIDEST_M, TrackModel
+from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.track_reports import PathPoints, TrackLinearisation
 from probreg.typing import BoolArray, FloatArray, IntArray
 
@@ -43,6 +49,8 @@ class Point:
         How many times q the acceleration of each target has.
     shares : ndarray, shape (L,)
         Of targets at each of the model's levels of acceleration.
+    spreads : Spreads or None
+        Of biases that drift, where the search for theirs begins.
     """
 
     tangent: TrackLinearisation
@@ -53,6 +61,7 @@ class Point:
     constant_sd: FloatArray
     livelier: float | FloatArray = 1.0
     shares: FloatArray | None = None
+    spreads: Spreads | None = None
 
     @property
     def density(self) -> FloatArray:
@@ -60,23 +69,29 @@ class Point:
         return np.asarray(self.q * self.livelier)
 
 
+Information = BiasInformation | DriftInformation
+
+
 class Solution(NamedTuple):
     """Biases given the weights.
 
     Attributes
     ----------
-    theta : ndarray, shape (p,)
-    covariance : ndarray, shape (p, p)
-    information : BiasInformation
+    theta : ndarray, shape (P,)
+    covariance : ndarray, shape (P, P)
+    information : BiasInformation or DriftInformation
     log_marginal : float
         Log density of the reports given weights and accelerations, paths and biases
         integrated out.
+    spreads : Spreads or None
+        Of biases that drift, the most probable ones.
     """
 
     theta: FloatArray
     covariance: FloatArray
-    information: BiasInformation
+    information: Information
     log_marginal: float
+    spreads: Spreads | None = None
 
 
 def solve(model: TrackModel, point: Point, caution: float | None = None) -> Solution:
@@ -87,13 +102,10 @@ def solve(model: TrackModel, point: Point, caution: float | None = None) -> Solu
     equations = point.tangent.equations
     density = point.density * (model.caution if caution is None else caution)
     motion = model.motion(equations, density, point.constant_sd)
-    found = eliminate_paths(equations, motion, model.reports.num_biases, point.weights)
-    J, eta = found.precision, found.shift
-    together = model.all_clocks
-    if together is not None:
-        # a common shift of all clocks is unobservable, whatever the tangent claims
-        free = np.eye(len(eta)) - np.outer(together, together)
-        J, eta = free @ J @ free, free @ eta
+    found = information_of(model.reports.coefficients, equations, motion, point.weights)
+    if model.drift is not None:
+        return _solve_drifting(model, point, found)
+    J, eta = _without_common_clock(model, found)
     prior = np.linalg.inv(model.prior.covariance)
     away = model.prior.mean - point.tangent.theta
     total, pull = J + prior, eta + prior @ away
@@ -106,6 +118,42 @@ def solve(model: TrackModel, point: Point, caution: float | None = None) -> Solu
         - np.linalg.slogdet(total)[1]
     )
     return Solution(point.tangent.theta + delta, covariance, found, float(log_marginal))
+
+
+def information_of(
+    knots: Knots, equations: TrackEquations, motion: TrackMotion, weights: FloatArray
+) -> Information:
+    """What reports say of all coefficients, the paths integrated out."""
+    if not knots.drifting:
+        return eliminate_paths(equations, motion, knots.num_biases, weights)
+    columns = knots.num_static, len(knots.drifting)
+    return eliminate_drifting(equations, motion, columns, knots.time, weights)
+
+
+def _without_common_clock(model: TrackModel, found: Information) -> tuple[FloatArray, FloatArray]:
+    """Precision and shift without a common shift of all clocks, whatever the tangent claims."""
+    J, eta = found.precision, found.shift
+    together = model.all_clocks
+    if together is not None:
+        free = np.eye(len(eta)) - np.outer(together, together)
+        J, eta = free @ J @ free, free @ eta
+    return J, eta
+
+
+def evidence_of(model: TrackModel, found: Information, theta: FloatArray) -> Evidence:
+    """What reports say of coefficients that drift, from information about those from theta on."""
+    assert model.drift is not None
+    J, eta = _without_common_clock(model, found)
+    return Evidence.at(model.drift, J, eta, theta, found.log_likelihood)
+
+
+def _solve_drifting(model: TrackModel, point: Point, found: Information) -> Solution:
+    """Coefficients at the most probable spreads."""
+    assert model.drift is not None
+    evidence = evidence_of(model, found, point.tangent.theta)
+    spreads = fit_spreads(model.drift, evidence, point.spreads)
+    best = coefficients(model.drift, evidence, spreads)
+    return Solution(best.mean, best.covariance, found, best.log_marginal, spreads)
 
 
 def smooth(

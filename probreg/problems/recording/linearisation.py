@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from probreg.motion.tracks import ScalarEquations, TrackEquations
+from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.sensor_model import SensorModel
 from probreg.sensors.geometry import wrap_angle
 from probreg.typing import BoolArray, FloatArray, IntArray
@@ -55,10 +56,11 @@ class TrackLinearisation:
 
 
 class Where(NamedTuple):
-    """Which components of a sensor's reports are given, (n, q), and where their equations stand."""
+    """Which components of a sensor's reports are given (n, q), their equations, their stamps."""
 
     given: BoolArray
     rows: IntArray
+    stamp: FloatArray
 
 
 class At(NamedTuple):
@@ -74,12 +76,13 @@ def write_equations(
     scalar: ScalarEquations,
     where: Where,
     model: SensorModel,
-    theta: FloatArray,
+    unknown: tuple[Knots, FloatArray],
     at: At,
     said: tuple[FloatArray, FloatArray | None],
 ) -> None:
     """Fill in the equations of the reports of one sensor."""
-    given, rows = where
+    given, rows, stamp = where
+    knots, theta = unknown
     seen = model.axes.observe(at.away)
     values, turn = said
     expected = _turned(model, seen.value, turn)
@@ -93,11 +96,14 @@ def write_equations(
     assert scalar.column is not None
     assert scalar.response is not None
     assert scalar.constants is not None
-    for j, (c, term) in enumerate(model.terms):
-        off = off - theta[c] * term.column(expected)
-        scalar.column[rows, j] = c
+    slot = 0
+    for c, term in model.terms:
+        off = off - np.reshape(knots.value(theta, c, stamp), (-1, 1)) * term.column(expected)
         own = model.mixed(seen.factor * term.column(smooth)) - term.stamp * flow
-        scalar.response[rows, j] = own[given]
+        for column, share in knots.parts(c, stamp):
+            scalar.column[rows, slot] = _spread(column, given)
+            scalar.response[rows, slot] = own[given] * _spread(share, given)
+            slot += 1
     for c, term in model.own:
         own = model.mixed(seen.factor * term.column(expected)) - term.stamp * moved
         scalar.constants[rows, c] += own[given]
@@ -109,6 +115,11 @@ def write_equations(
     lever = np.where(seen.factor > 0.0, seen.factor, 1.0)
     sd = np.where(model.metric, 1.0, lever) * model.sigmas
     scalar.variance[rows] = (sd**2)[given]
+
+
+def _spread(value: IntArray | FloatArray | float, given: BoolArray) -> FloatArray:
+    """A value of each report, or of all, at each of its components."""
+    return np.asarray(np.broadcast_to(np.reshape(value, (-1, 1)), given.shape)[given])
 
 
 def _turned(model: SensorModel, value: FloatArray, turn: FloatArray | None) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from probreg.errors import InvalidInputError
 from probreg.motion.tracks import ScalarEquations, track_equations
+from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.linearisation import (
     At,
     PathPoints,
@@ -51,6 +52,8 @@ class TrackReports:
         What a heading adds to the azimuth of each report, radians.
     beside : ndarray of int, shape (n,), optional
         Number of the report that each came with; its own for those that stand alone.
+    knots : Knots, optional
+        Where biases that drift have coefficients; by default all are constant.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class TrackReports:
     own: FloatArray | None = None
     turn: FloatArray | None = None
     beside: IntArray | None = None
+    knots: Knots | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.time)
@@ -91,11 +95,20 @@ class TrackReports:
         own = [c for model in self.models for c, _ in model.own]
         if any(c >= self.num_biases for c in columns) or any(c >= self.num_constants for c in own):
             raise InvalidInputError("a term has a place beyond the biases or constants.")
-        for name, value in {**whole, "time": time, "values": values}.items():
+        knots = Knots(self.num_biases) if self.knots is None else self.knots
+        if knots.num_biases != self.num_biases:
+            raise InvalidInputError(f"knots of {self.num_biases} biases are needed.")
+        for name, value in {**whole, "time": time, "values": values, "knots": knots}.items():
             object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def coefficients(self) -> Knots:
+        """Where the coefficients of the biases stand."""
+        assert self.knots is not None
+        return self.knots
 
     @property
     def num_targets(self) -> int:
@@ -138,10 +151,17 @@ class TrackReports:
 
     def shifted_time(self, theta: FloatArray) -> FloatArray:
         """Times (n,) by clocks corrected by theta."""
-        late = np.zeros(len(self.models))
+        late = np.zeros(len(self))
         for k, model in enumerate(self.models):
-            late[k] = sum(term.stamp * theta[c] for c, term in model.terms)
-        return self.time - late[self.sensor]
+            if any(term.stamp for _, term in model.terms):
+                own = np.flatnonzero(self.sensor == k)
+                late[own] = self._late(model, theta, self.time[own])
+        return self.time - late
+
+    def _late(self, model: SensorModel, theta: FloatArray, stamp: FloatArray) -> FloatArray | float:
+        """What a sensor's clock is ahead by at stamps (n,)."""
+        value = self.coefficients.value
+        return sum(term.stamp * value(theta, c, stamp) for c, term in model.terms)
 
     @property
     def varies(self) -> bool:
@@ -151,13 +171,13 @@ class TrackReports:
     def linearise(
         self, theta: FloatArray, path: PathPoints, steady: PathPoints | None = None
     ) -> TrackLinearisation:
-        """Equations tangent at biases theta (p,) and a path.
+        """Equations tangent at biases theta (P,) and a path.
 
         Columns and directions are those at the path, never at the noisy report itself: the same
         noise in both would bias the estimate. Columns of terms are those at `steady`, if given: a
         path that follows the reports less.
         """
-        theta = finite_array("theta", theta, (self.num_biases,))
+        theta = finite_array("theta", theta, (self.coefficients.size,))
         time = self.shifted_time(theta)
         rows = np.lexsort([time, self.target])
         order = np.empty_like(rows)
@@ -174,13 +194,14 @@ class TrackReports:
                 own = rows[block]
                 given = self.given[own, :m]
                 place = start[block, None] + self._place[own, :m]
-                where = Where(given, place[given])
+                where = Where(given, place[given], self.time[own])
                 away = position[own] if self.own is None else position[own] - self.own[own]
                 at = At(position[own], away, path.velocity[own])
                 if steady is not None:
                     at = at._replace(steady=self._steady(steady, time, own))
                 turn = None if self.turn is None else self.turn[own]
-                write_equations(scalar, where, model, theta, at, (self.values[own, :m], turn))
+                said = self.values[own, :m], turn
+                write_equations(scalar, where, model, (self.coefficients, theta), at, said)
         targets = np.bincount(self.target, minlength=self.num_targets)
         equations = track_equations(
             np.concatenate([[0], np.cumsum(targets)]),
@@ -214,7 +235,8 @@ class TrackReports:
 
     def _scalar(self, E: int) -> ScalarEquations:
         """Room for E equations."""
-        width = max((len(model.terms) for model in self.models), default=0)
+        own = self.coefficients.widths
+        width = max((sum(own(c) for c, _ in model.terms) for model in self.models), default=0)
         return ScalarEquations(
             np.empty(E),
             np.empty((E, self.dim)),
