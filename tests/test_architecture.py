@@ -17,7 +17,7 @@ ROOMS = [
     *("errors", "extras", "typing", "discovery", "validation", "arviz_adapter"),
     *("numerics", "noise", "sensors", "recordings", "prior", "motion", "association", "scenarios"),
     *("problems", "posterior", "estimators", "samplers", "joint", "diagnostics"),
-    *("registration", "page", "cli", "__main__"),
+    *("registration", "watch", "page", "cli", "__main__"),
 ]
 LEVEL = {name: level for level, name in enumerate(ROOMS)}
 # rooms in which no function is long and none takes many arguments

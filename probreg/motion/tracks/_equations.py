@@ -131,7 +131,8 @@ class TrackMotion(NamedTuple):
     q : ndarray, shape (K,)
         Density of the acceleration of each target, (m/s^2)^2 / Hz.
     start_mean, start_variance : ndarray, shape (K, 2 d + c)
-        Of position, velocity and constants, which are independent at the start.
+        Of position, velocity and constants, which are independent at the start; covariances
+        (K, 2 d + c, 2 d + c) where they are not.
     """
 
     q: FloatArray

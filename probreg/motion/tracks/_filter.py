@@ -18,17 +18,20 @@ _LOG_2PI = float(np.log(2.0 * np.pi))
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
-@numba.njit(cache=True, fastmath=FAST, inline="always")
+@numba.njit(cache=True, fastmath=FAST)
 def begin(
     shape: Shape, mean: FloatArray, variance: FloatArray, m: FloatArray, P: FloatArray
 ) -> None:
-    """Write the start of a target into m and P."""
+    """Write the start of a target into m and P: variances (size,) or a covariance."""
     size = 2 * len(shape[0]) + len(shape[1])
     for a in range(size):
         m[a] = mean[a]
         for b in range(size):
-            P[a, b] = 0.0
-        P[a, a] = variance[a]
+            # of the two only one is compiled
+            if variance.ndim == 2:
+                P[a, b] = variance[a, b]
+            else:
+                P[a, b] = variance[a] if a == b else 0.0
 
 
 @numba.njit(cache=True, fastmath=FAST, inline="always")

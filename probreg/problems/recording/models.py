@@ -46,6 +46,11 @@ def models_of(recording: Recording, setup: Setup, model: BiasModel, rows: IntArr
         axis=0,
         return_inverse=True,
     )
+    return models_of_kinds(setup, model, pairs)._replace(which=which.reshape(-1))
+
+
+def models_of_kinds(setup: Setup, model: BiasModel, pairs: IntArray) -> Models:
+    """Models of sensors in company, pairs (k, 2) as in `Models.kinds`, of no reports."""
     constants = _constants(setup, pairs[:, 0])
     axes = observing_axes(setup)
     models = tuple(
@@ -56,7 +61,7 @@ def models_of(recording: Recording, setup: Setup, model: BiasModel, rows: IntArr
     free = [setup.sensors[k].kind.constants for k in np.unique(pairs[:, 0])
             if setup.biases.get(setup.sensors[k].name)]  # fmt: skip
     known = frozenset(constants) - frozenset(setup.target_terms) - frozenset().union(*free)
-    return Models(models, which.reshape(-1), kinds, constants, known)
+    return Models(models, np.zeros(0, dtype=np.int64), kinds, constants, known)
 
 
 def companions(recording: Recording) -> IntArray:

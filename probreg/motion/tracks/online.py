@@ -1,0 +1,91 @@
+"""Targets followed on and on: filters that stop and go on, with knots of biases in a window."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from probreg.errors import InvalidInputError
+from probreg.motion.tracks._equations import TrackEquations, TrackMotion
+from probreg.motion.tracks._online import LiveTracks, Sums, follow
+from probreg.typing import FloatArray, IntArray
+
+
+def follow_tracks(
+    equations: TrackEquations,
+    motion: TrackMotion,
+    columns: FloatArray,
+    num_biases: int,
+    places: tuple[IntArray, IntArray],
+    weights: FloatArray,
+) -> tuple[Sums, LiveTracks]:
+    """Information about biases at knots from tracks that began before these reports.
+
+    Parameters
+    ----------
+    equations : TrackEquations
+        Columns count the p biases of a knot, whichever it is.
+    motion : TrackMotion
+        Starts are states at each target's first report here, with covariances.
+    columns : ndarray, shape (K, size, W p)
+        What means of the starts lose for each unit of bias at each of W knots.
+    num_biases : int
+        p, of each knot.
+    places : tuple of (ndarray, ndarray), shape (n,)
+        The knot of each report, from 0 to W - 1, and its group, from 0; neither goes down within
+        a target.
+    weights : ndarray, shape (n,)
+        Precision of each report over the nominal one.
+
+    Returns
+    -------
+    sums : Sums
+        Of each group: what its reports say given those before them.
+    live : LiveTracks
+        After the last report of group 0 of each target; the start where there is none.
+    """
+    knot, group = (np.asarray(part, dtype=np.int64) for part in places)
+    C, groups = columns.shape[2], int(group.max(initial=0)) + 1
+    if len(knot) and not 0 <= knot.min() <= knot.max() < C // num_biases:
+        raise InvalidInputError(f"knots count from 0 to {C // num_biases - 1}.")
+    sums = Sums(np.zeros((groups, C, C)), np.zeros((groups, C)), np.zeros(groups))
+    begun = np.append(equations.time, np.nan)[equations.target_start[:-1]]
+    start = motion.start_mean, motion.start_variance, columns
+    live = LiveTracks(*(np.array(part, order="C") for part in start), begun)
+    precision = equations.precision(weights)
+    where = knot * num_biases, group, num_biases
+    follow(equations.shape, equations, motion, precision, where, live, sums)
+    below = np.tril(np.ones((C, C)), -1)
+    return sums._replace(J=sums.J + np.swapaxes(below * sums.J, 1, 2)), live
+
+
+def carried(live: LiveTracks, time: FloatArray, q: FloatArray, push: FloatArray) -> LiveTracks:
+    """States carried on to later times (K,), under accelerations `push` (K, d) that are known.
+
+    Earlier times leave them as they are.
+    """
+    K, size = live.mean.shape
+    d, dt = push.shape[1], np.maximum(time - live.time, 0.0)
+    F, Q = np.tile(np.eye(size), (K, 1, 1)), np.zeros((K, size, size))
+    across = np.arange(d)
+    F[:, across, d + across] = dt[:, None]
+    Q[:, across, across] = (q * dt**3 / 3.0)[:, None]
+    Q[:, across, d + across] = Q[:, d + across, across] = (q * dt**2 / 2.0)[:, None]
+    Q[:, d + across, d + across] = (q * dt)[:, None]
+    mean = np.einsum("kab,kb->ka", F, live.mean)
+    mean[:, :d] += 0.5 * dt[:, None] ** 2 * push
+    mean[:, d : 2 * d] += dt[:, None] * push
+    covariance = F @ live.covariance @ np.swapaxes(F, 1, 2) + Q
+    return LiveTracks(mean, covariance, F @ live.columns, live.time + dt)
+
+
+def merged(live: LiveTracks, num_biases: int) -> LiveTracks:
+    """Room for a new knot: the oldest one becomes one with the next.
+
+    Exact for biases that are constant; a path forgets its biases within about a minute.
+    """
+    K, size, C = live.columns.shape
+    by_knot = live.columns.reshape(K, size, C // num_biases, num_biases)
+    columns = np.zeros_like(by_knot)
+    columns[:, :, :-1] = by_knot[:, :, 1:]
+    columns[:, :, 0] += by_knot[:, :, 0]
+    return live._replace(columns=columns.reshape(K, size, C))

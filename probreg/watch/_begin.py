@@ -1,0 +1,138 @@
+"""The first minutes, in batch mode: a watch begins with what `register` finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from probreg.motion.tracks import LiveTracks
+from probreg.noise import Contaminated, MixtureCounts
+from probreg.posterior.tracks import TrackFit
+from probreg.prior import GaussianPrior
+from probreg.problems.recording import RecordingProblem
+from probreg.problems.recording.track_reports import PathPoints
+from probreg.recordings import Recording, Setup
+from probreg.registration import LawChoice, register
+from probreg.watch._advance import frame_of
+from probreg.watch._close import close
+from probreg.watch._filters import belief, first_filters, levels, marginals, shares, with_reports
+from probreg.watch._refine import CLOSING, Refined, follow_open, tangent_of
+from probreg.watch._scene import labels_of, scene_of
+from probreg.watch.settings import WatchSettings
+from probreg.watch.state import Alarms, Noise, OpenReports, Tracks, WatchState
+
+
+def begin(
+    recording: Recording, setup: Setup, settings: WatchSettings, rng: np.random.Generator
+) -> WatchState:
+    """Begin a watch with a recording of the first minutes.
+
+    Parameters
+    ----------
+    recording : Recording
+        Five minutes are fine; slices count from its first report.
+    setup : Setup
+    settings : WatchSettings
+    rng : numpy.random.Generator
+
+    Raises
+    ------
+    InvalidInputError
+        As `register` does: nothing that two sensors have in common.
+    """
+    laws = (LawChoice.usual(Contaminated()),)
+    found = register(recording, setup, rng=rng, laws=laws)
+    return begin_with(found.problem, found.fit, settings)
+
+
+def begin_with(problem: RecordingProblem, fit: TrackFit, settings: WatchSettings) -> WatchState:
+    """Begin a watch where a fit of the first minutes ends."""
+    model, scene = fit.model, scene_of(problem.setup, problem.kinds, fit.model.start_sd)
+    time = problem.recording.time
+    slices = max(1, int(np.ceil((time[-1] - time[0]) / settings.slice_s)))
+    state = WatchState(
+        setup=problem.setup,
+        settings=settings,
+        scene=scene,
+        origin=float(time[0]),
+        slices=slices - 1,
+        theta=fit.theta,
+        density=fit.point.q * model.caution,
+        area_m2=model.area_m2,
+        constant_sd=fit.point.constant_sd,
+        mean=fit.theta,
+        sd=fit.sd,
+        noise=_noise(fit),
+        tracks=_tracks(problem, scene.size, settings.window * fit.theta.size),
+        reports=_reports(fit),
+        filters=first_filters(GaussianPrior.from_sd(problem.prior_sd), fit.theta, settings),
+        alarms=Alarms(),
+    )
+    return _closed(state)
+
+
+def _closed(state: WatchState) -> WatchState:
+    """All but the last slices run into the tracks."""
+    p = state.theta.size
+    frame = frame_of(state, state.theta, state.tracks)
+    tangent = tangent_of(frame, state.reports)
+    sums, live = follow_open(tangent, state.reports)
+    refined = Refined(state.reports, tangent, None, sums, live)
+    found = belief(state.filters, *refined.information, p)
+    filters = replace(state.filters, evidence=found.log_evidence)
+    variance = levels(state.settings, state.scene.bias.prior_sd)
+    mean, sd = marginals(found, shares(filters, len(variance)))
+    closed = close(frame, refined, state.settings.forget_s)
+    return replace(
+        state,
+        slices=state.slices + 1,
+        mean=state.theta + mean,
+        sd=sd,
+        tracks=closed.tracks,
+        reports=closed.reports,
+        filters=with_reports(filters, sums.J[CLOSING], sums.eta[CLOSING]),
+    )
+
+
+def _noise(fit: TrackFit) -> Noise:
+    laws, models = fit.point.laws, fit.model.reports.models
+    sizes = [len(law.mixture(len(m.sigmas)).share) for law, m in zip(laws, models, strict=True)]
+    counts = tuple(MixtureCounts(*(np.zeros(J) for _ in range(3))) for J in sizes)
+    none = np.zeros(len(laws))
+    assert fit.model.unknown is not None
+    unknown = tuple(tuple(sorted(names)) for names in fit.model.unknown)
+    return Noise(laws, laws, unknown, fit.point.wrong, fit.point.wrong, counts, none, none)
+
+
+def _tracks(problem: RecordingProblem, size: int, columns: int) -> Tracks:
+    """One a track of the problem, of which nothing is known yet."""
+    target = problem.recording.target[problem.rows]
+    names = labels_of(problem.recording)[problem.rows]
+    by_target = dict(zip(target.tolist(), names.tolist(), strict=True))
+    K = len(problem.owner)
+    label = np.array([by_target.get(k, "") for k in problem.owner.tolist()], dtype=str)
+    seen = np.full(K, -np.inf)
+    np.maximum.at(seen, problem.reports.target, problem.reports.time)
+    live = LiveTracks(
+        np.zeros((K, size)), np.zeros((K, size, size)), np.zeros((K, size, columns)), np.zeros(K)
+    )
+    return Tracks(label, np.zeros(K, dtype=bool), seen, live)
+
+
+def _reports(fit: TrackFit) -> OpenReports:
+    """All reports under their last identities, with the weights and paths of the fit."""
+    reports, d = fit.model.reports, fit.model.reports.dim
+    n = len(reports)
+    at = fit.point.tangent
+    path = PathPoints(at.equations.time[at.order], fit.mean[:, :d], fit.mean[:, d : 2 * d])
+    return OpenReports(
+        reports.target,
+        reports.sensor,
+        reports.time,
+        reports.values,
+        np.zeros((n, d)) if reports.own is None else reports.own,
+        np.zeros(n) if reports.turn is None else reports.turn,
+        fit.weights,
+        path,
+    )

@@ -1,0 +1,200 @@
+"""What a watch remembers: bounded, of plain arrays, enough to go on bit for bit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from probreg.motion.tracks import LiveTracks
+from probreg.noise import MixtureCounts, ScaleMixture
+from probreg.problems.recording.track_reports import PathPoints
+from probreg.recordings import Setup
+from probreg.typing import BoolArray, FloatArray, IntArray
+from probreg.watch._scene import Scene
+from probreg.watch.settings import WatchSettings
+
+
+@dataclass(frozen=True, eq=False)
+class OpenReports:
+    """Reports whose weights and paths may still change, in any order.
+
+    Attributes
+    ----------
+    track : ndarray of int, shape (n,)
+        Row of the tracks.
+    kind : ndarray of int, shape (n,)
+        Sensor model.
+    time : ndarray, shape (n,)
+        Stamps, seconds.
+    values : ndarray, shape (n, q)
+    own : ndarray, shape (n, d)
+        Position of a moving platform, zero else.
+    turn : ndarray, shape (n,)
+        What a heading adds to the azimuth.
+    weight : ndarray, shape (n,)
+    path : PathPoints
+        Where the target is near that time.
+    """
+
+    track: IntArray
+    kind: IntArray
+    time: FloatArray
+    values: FloatArray
+    own: FloatArray
+    turn: FloatArray
+    weight: FloatArray
+    path: PathPoints
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def take(self, rows: IntArray | BoolArray) -> OpenReports:
+        """Some of the reports."""
+        path = PathPoints(*(part[rows] for part in self.path))
+        arrays = [getattr(self, name)[rows] for name in _ARRAYS]
+        return OpenReports(*arrays, path)
+
+    def joined(self, other: OpenReports) -> OpenReports:
+        """With others behind."""
+        path = [np.concatenate(pair) for pair in zip(self.path, other.path, strict=True)]
+        arrays = [np.concatenate([getattr(self, k), getattr(other, k)]) for k in _ARRAYS]
+        return OpenReports(*arrays, PathPoints(*path))
+
+
+_ARRAYS = ("track", "kind", "time", "values", "own", "turn", "weight")
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """Targets that were seen of late, up to the closed slices.
+
+    Attributes
+    ----------
+    label : ndarray of str, shape (K,)
+        Of the identity; the last row of a label is that to which new reports go.
+    begun : ndarray of bool, shape (K,)
+        Whether a closed slice holds a report: else there is no state yet.
+    seen : ndarray, shape (K,)
+        Time of the last report, open ones too.
+    live : LiveTracks
+    """
+
+    label: np.ndarray
+    begun: BoolArray
+    seen: FloatArray
+    live: LiveTracks
+
+    def take(self, rows: IntArray | BoolArray) -> Tracks:
+        """Some of the tracks."""
+        live = LiveTracks(*(part[rows] for part in self.live))
+        return Tracks(self.label[rows], self.begun[rows], self.seen[rows], live)
+
+
+@dataclass(frozen=True, eq=False)
+class Filters:
+    """Beliefs about the biases at the knots of a window, one filter a hypothesis of their walk.
+
+    Filter 0 takes the estimated walk of every bias; the others follow, L a bias: one bias walks
+    as fast as each level, the others as estimated. Log density log_scale + shift . delta
+    - delta' precision delta / 2, of the closed slices.
+
+    Attributes
+    ----------
+    precision : ndarray, shape (F, W p, W p)
+    shift : ndarray, shape (F, W p)
+    log_scale : ndarray, shape (F,)
+    step : ndarray, shape (F, W, p)
+        Variance of the steps to each knot from that before.
+    evidence : ndarray, shape (F,)
+        Log evidence of each filter with all reports, up to a constant.
+    """
+
+    precision: FloatArray
+    shift: FloatArray
+    log_scale: FloatArray
+    step: FloatArray
+    evidence: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Alarms:
+    """What alarms remember."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Laws of the sensor models, as given and as found, and what was counted for them.
+
+    Attributes
+    ----------
+    about, laws : tuple of ScaleMixture
+    unknown : tuple of tuple of str
+        Parameters of each law that are estimated.
+    about_wrong, wrong : ndarray, shape (models,)
+    counts : tuple of MixtureCounts
+        Of each model, faded with time.
+    missed, reports : ndarray, shape (models,)
+        Expected wrong identities, and reports.
+    """
+
+    about: tuple[ScaleMixture, ...]
+    laws: tuple[ScaleMixture, ...]
+    unknown: tuple[tuple[str, ...], ...]
+    about_wrong: FloatArray
+    wrong: FloatArray
+    counts: tuple[MixtureCounts, ...]
+    missed: FloatArray
+    reports: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class WatchState:
+    """What a watch remembers.
+
+    Attributes
+    ----------
+    setup : Setup
+    settings : WatchSettings
+    scene : Scene
+        Made from the setup and the kinds of reports.
+    origin : float
+        Where slice 0 begins, seconds.
+    slices : int
+        That are taken in.
+    theta : ndarray, shape (p,)
+        Biases that all linearisations are about.
+    density : float
+        Of the targets' acceleration.
+    area_m2 : float
+    constant_sd : ndarray, shape (c,)
+    mean, sd : ndarray, shape (p,)
+        Of the biases now.
+    """
+
+    setup: Setup
+    settings: WatchSettings
+    scene: Scene
+    origin: float
+    slices: int
+    theta: FloatArray
+    density: float
+    area_m2: float
+    constant_sd: FloatArray
+    mean: FloatArray
+    sd: FloatArray
+    noise: Noise
+    tracks: Tracks
+    reports: OpenReports
+    filters: Filters
+    alarms: Alarms
+
+    @property
+    def time(self) -> float:
+        """End of the last slice, seconds."""
+        return self.origin + self.slices * self.settings.slice_s
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the biases."""
+        return self.scene.bias.names
