@@ -8,11 +8,10 @@ from probreg.association._labelled import nearest_labelled
 from probreg.association._placed import place
 from probreg.association._tracks import common_tracks
 from probreg.errors import InvalidInputError
-from probreg.recordings import UNKNOWN, Recording, Setup
-from probreg.typing import FloatArray
+from probreg.recordings import UNKNOWN, Biases, Recording, Setup
 
 
-def associate(recording: Recording, setup: Setup, theta: FloatArray | None = None) -> Recording:
+def associate(recording: Recording, setup: Setup, theta: Biases | None = None) -> Recording:
     """Fill in identities where the recording has none.
 
     Where some reports carry an identity (of a reference, or of tracks that were identified),
@@ -24,7 +23,7 @@ def associate(recording: Recording, setup: Setup, theta: FloatArray | None = Non
     ----------
     recording : Recording
     setup : Setup
-    theta : ndarray, shape (p,), optional
+    theta : ndarray, shape (p,), or BiasPaths, optional
         The biases, if they are known; otherwise gates are widened by their priors.
 
     Returns

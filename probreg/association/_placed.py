@@ -11,6 +11,7 @@ import numpy as np
 from probreg.association._intervals import comparison_window, usual_intervals
 from probreg.association._spots import Spots
 from probreg.recordings import (
+    Biases,
     Recording,
     Setup,
     bias_model,
@@ -111,8 +112,8 @@ class Placed:
         return np.sqrt(np.einsum("nq,nq->n", left, scaled))
 
 
-def place(recording: Recording, setup: Setup, theta: FloatArray | None) -> Placed:
-    """Convert reports, corrected by theta (p,) if it is known."""
+def place(recording: Recording, setup: Setup, theta: Biases | None) -> Placed:
+    """Convert reports, corrected by theta if it is known."""
     model = bias_model(setup)
     zero = np.zeros(len(model.names))
     values, time = corrected_values(recording, setup, zero if theta is None else theta)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from probreg.errors import InvalidInputError
+from probreg.page._drift import path_rows
 from probreg.page._folder import MANIFEST
 from probreg.page._noise import noise_kinds, target_spreads
 from probreg.page._provenance import Provenance, checksum, versions
@@ -49,18 +50,30 @@ def bias_rows(registration: Registration) -> list[dict[str, Any]]:
 
 
 def write_csv(path: Path, registration: Registration) -> None:
-    """Biases in engineers' units; the column `unit` says which."""
+    """Biases in engineers' units; the column `unit` says which.
+
+    Of a bias that drifts the average first, its time empty; then its band, one row a time.
+    """
     import pandas as pd
 
-    rows = []
-    for row in bias_rows(registration):
-        shown = SHOWN[row["unit"]]
-        in_units = ("mean", "sd", "low_50", "high_50", "low_90", "high_90", "limit")
-        scaled = {
-            name: None if row[name] is None else shown.factor * row[name] for name in in_units
-        }
-        rows.append({**row, **scaled, "unit": shown.symbol})
-    pd.DataFrame(rows).to_csv(path, index=False)
+    rows = [_shown(row) for row in bias_rows(registration)]
+    units = dict(zip(registration.names, registration.units, strict=True))
+    for row in registration.paths().to_dict("records"):
+        rows.append(_shown({**row, "unit": units[row["name"]]}))
+    columns = ["name", "time", *(name for name in rows[0] if name != "name")]
+    pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
+
+
+def _shown(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row in engineers' units."""
+    shown = SHOWN[row["unit"]]
+    in_units = ("mean", "sd", "low_50", "high_50", "low_90", "high_90", "limit")
+    scaled = {
+        name: None if row[name] is None else shown.factor * row[name]
+        for name in in_units
+        if name in row
+    }
+    return {**row, **scaled, "unit": shown.symbol}
 
 
 def write_json(path: Path, registration: Registration, terms: Sequence[RankedTerms] = ()) -> None:
@@ -69,6 +82,8 @@ def write_json(path: Path, registration: Registration, terms: Sequence[RankedTer
         "format": JSON_FORMAT,
         "units": "SI: metres, radians, seconds; report = truth + bias + noise",
         "biases": bias_rows(registration),
+        "paths": path_rows(registration),
+        "changes": [change._asdict() for change in registration.changes],
         "covariance": registration.covariance.tolist(),
         "correlation": registration.correlation.tolist(),
         "noise": noise(registration),

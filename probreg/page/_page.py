@@ -11,7 +11,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from probreg.page import _figures, _scene, _tables
+from probreg.page import _drift, _figures, _scene, _tables
 from probreg.page._provenance import Provenance, versions
 from probreg.page._units import Number, number
 from probreg.page._words import Sentence, matters, sentences
@@ -51,6 +51,7 @@ def render(
     content = {
         **_header(registration, provenance),
         **_found(registration),
+        **_drift.drifting(registration),
         **_reports(registration),
         **_noise(registration, row_name),
         "terms": terms_table(terms) if terms else None,

@@ -79,6 +79,9 @@ def sentences(registration: Registration) -> list[Sentence]:
             error = f"{said.what} {size} {shown.symbol} {way}"
         else:
             error = f"{said.what} shows no clear error"
+        if name in registration.drifting:
+            found.append(_moving(registration, name, sensor, said))
+            continue
         amount = number(shown.factor * float(mean), places)
         found.append(
             Sentence(
@@ -89,6 +92,26 @@ def sentences(registration: Registration) -> list[Sentence]:
             )
         )
     return found
+
+
+def _moving(registration: Registration, name: str, sensor: str, said: Wording) -> Sentence:
+    """A bias that may drift: what it is between."""
+    k = registration.names.index(name)
+    paths, shown = registration.draws.paths, SHOWN[registration.units[k]]
+    assert paths is not None
+    j = paths.number.index(k)
+    path = shown.factor * paths.flat[..., j]
+    places = decimals(float(path.std(axis=0).mean()))
+    mean = path.mean(axis=0)
+    low, high = (number(float(v), places) for v in (mean.min(), mean.max()))
+    error = f"{said.what} moves between {low} and {high} {shown.symbol}"
+    none = percent(float(paths.constant[j]))
+    return Sentence(
+        sensor,
+        f"{error} (probability that it does not drift: {none})",
+        "the path of biases.csv",
+        True,
+    )
 
 
 def matters(registration: Registration) -> list[str]:
@@ -218,5 +241,6 @@ def biases_text(registration: Registration) -> str:
         places = decimals(shown.factor * float(registration.sd[k]))
         values = (registration.mean[k], *interval[k])
         mean, low, high = (f"{shown.factor * float(v):.{places}f}" for v in values)
-        lines.append(f"{name:<24} {mean:>10} {shown.symbol:<5} 90 %: {low} to {high}")
+        moves = "  average: it drifts" if name in registration.drifting else ""
+        lines.append(f"{name:<24} {mean:>10} {shown.symbol:<5} 90 %: {low} to {high}{moves}")
     return "\n".join(lines)

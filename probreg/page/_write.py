@@ -106,7 +106,7 @@ def fill(
         new_table.create(folder / "corrected.csv", registration.correct(), registration.setup)
     else:
         path = folder / f"corrected{source.changed_ending}"
-        write_changed(path, source, registration.setup, registration.mean, correct)
+        write_changed(path, source, registration.setup, registration.over_time, correct)
     seconds = time.perf_counter() - start
     _outputs.write_manifest(folder, registration, provenance, seconds)
 

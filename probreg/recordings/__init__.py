@@ -10,6 +10,7 @@ from probreg.recordings._observing import TARGET_HEIGHT_M, observing_axes, place
 from probreg.recordings._reading import Reading
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
+from probreg.recordings.bias_paths import Biases, BiasPaths
 from probreg.recordings.biases_file import read_biases
 from probreg.recordings.formats import read
 
@@ -17,6 +18,8 @@ __all__ = [
     "TARGET_HEIGHT_M",
     "UNKNOWN",
     "BiasModel",
+    "BiasPaths",
+    "Biases",
     "Reading",
     "Recording",
     "Setup",

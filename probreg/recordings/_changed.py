@@ -11,17 +11,17 @@ import numpy as np
 from probreg.recordings._reading import Reading
 from probreg.recordings._recording import Recording
 from probreg.recordings._setup import Setup
-from probreg.typing import FloatArray
+from probreg.recordings.bias_paths import Biases
 
 
 def write_changed(
     path: str | Path,
     source: Reading,
     setup: Setup,
-    theta: FloatArray,
-    change: Callable[[Recording, Setup, FloatArray], Recording],
+    theta: Biases,
+    change: Callable[[Recording, Setup, Biases], Recording],
 ) -> None:
-    """Write a recording, corrected or restored by theta (p,), in the form it came in.
+    """Write a recording, corrected or restored by theta, in the form it came in.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def write_changed(
         With the source's `changed_ending`.
     source : Reading
     setup : Setup
-    theta : ndarray, shape (p,)
+    theta : ndarray, shape (p,), or BiasPaths
     change : callable
         `correct` or `restore`.
 

@@ -10,13 +10,15 @@ import numpy as np
 from probreg.errors import InvalidInputError
 from probreg.recordings._setup import Setup
 from probreg.sensors import Barometer, Sensor, known_kinds
+from probreg.sensors.drifts import known_drifts
 from probreg.sensors.frame import LocalFrame
 from probreg.sensors.terms import known_terms
 from probreg.typing import FloatArray
 from probreg.validation import finite_array, positive_number
 
 PLACE = ("latitude_deg", "longitude_deg", "height_m")
-COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits", "asterix")
+DRIFT = ("drift", "drift_sd")
+COMMON = ("name", "kind", "reference", "biases", "prior_sd", "limits", "asterix", *DRIFT)
 ENDINGS = {"m": "_m", "rad": "_deg", "s": "_s"}  # of a key, by the unit of a bias term
 
 
@@ -172,16 +174,36 @@ def by_term(
     table: Mapping[str, Any], key: str, sensor: Sensor, terms: tuple[str, ...]
 ) -> dict[str, float]:
     """Numbers by bias name in SI units, from keys such as "azimuth_deg"; a gain has no unit."""
+    where = f"{key} of sensor {sensor.name!r}"
+    return {
+        full: factor(name) * positive_number(f"{name} in {where}", value)
+        for full, (name, value) in _given(table, key, sensor, terms).items()
+    }
+
+
+def drift_of(table: Mapping[str, Any], sensor: Sensor, terms: tuple[str, ...]) -> dict[str, str]:
+    """How biases drift, by name, from keys such as "azimuth_deg"."""
+    found = _given(table, "drift", sensor, terms)
+    for name, kind in found.values():
+        if not isinstance(kind, str) or kind not in known_drifts():
+            raise InvalidInputError(
+                f"drift of sensor {sensor.name!r}: {name} is {kind!r}; it can be "
+                f"{', '.join(sorted(known_drifts()))}."
+            )
+    return {full: kind for full, (_, kind) in found.items()}
+
+
+def _given(
+    table: Mapping[str, Any], key: str, sensor: Sensor, terms: tuple[str, ...]
+) -> dict[str, tuple[str, Any]]:
+    """Keys and values of a table by bias, by the bias's full name."""
     given, where = table.get(key, {}), f"{key} of sensor {sensor.name!r}"
     if not isinstance(given, dict):
         raise InvalidInputError(f"{where} is {given!r}; a table such as {{range_m = 100}}.")
     endings = {term: _ending(term, sensor) for term in terms}
     known = {term + ending: term for term, ending in endings.items()}
     refuse_unknown(given, tuple(known), f"{where} (one for each of its biases)")
-    return {
-        f"{sensor.name}.{known[name]}": factor(name) * positive_number(f"{name} in {where}", value)
-        for name, value in given.items()
-    }
+    return {f"{sensor.name}.{known[name]}": (name, value) for name, value in given.items()}
 
 
 def _ending(term: str, sensor: Sensor) -> str:
@@ -221,7 +243,13 @@ def to_table(setup: Setup, sensor: Sensor) -> dict[str, Any]:
         table["asterix"] = list(source)
     terms = setup.biases.get(sensor.name, ())
     table["biases" if terms else "reference"] = list(terms) or True
-    for key, numbers in (("prior_sd", setup.prior_sd), ("limits", setup.limits)):
+    named = {term: f"{sensor.name}.{term}" for term in terms}
+    drift = {term + _ending(term, sensor): setup.drift[full]
+             for term, full in named.items() if full in setup.drift}  # fmt: skip
+    if drift:
+        table["drift"] = drift
+    by_name = {"prior_sd": setup.prior_sd, "limits": setup.limits, "drift_sd": setup.drift_sd}
+    for key, numbers in by_name.items():
         given = {}
         for term in terms:
             if f"{sensor.name}.{term}" in numbers:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from probreg.errors import InvalidInputError
 from probreg.sensors import Barometer, Sensor
+from probreg.sensors.drifts import known_drifts
 from probreg.sensors.terms import known_terms
 from probreg.validation import finite_array, positive_number
 
@@ -61,6 +62,11 @@ class Setup:
         Position sensors that report latitude and longitude. Readers of recordings fill it in.
     notes : tuple of str
         What the reader of results should know of the setup.
+    drift : mapping of str to str
+        Biases that drift, by name, and how: a name of `known_drifts`.
+    drift_sd : mapping of str to float
+        Prior median of how far they move, SI units, as `Drift.meaning` says; by default a tenth
+        of the prior standard deviation.
 
     Raises
     ------
@@ -86,6 +92,8 @@ class Setup:
     refraction: Mapping[str, str] = field(default_factory=dict)
     geodetic: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    drift: Mapping[str, str] = field(default_factory=dict)
+    drift_sd: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def dim(self) -> int:
@@ -108,12 +116,24 @@ class Setup:
             raise InvalidInputError(f"{sorted(strange)} are no sensors; known: {sorted(names)}.")
         for name in ("acceleration_m_s2", "gate_m", "max_speed_m_s"):
             positive_number(name, getattr(self, name))
-        numbers = {"prior_sd": self.prior_sd, "limits": self.limits}
+        numbers = {"prior_sd": self.prior_sd, "limits": self.limits, "drift_sd": self.drift_sd}
         for kind, given in {**numbers, "target_terms": self.target_terms}.items():
             for name, value in given.items():
                 positive_number(f"{kind} of {name}", value)
+        self._check_drift()
         self._check_earth()
         self._check_targets()
+
+    def _check_drift(self) -> None:
+        known = known_drifts()
+        for name, kind in self.drift.items():
+            if kind not in known:
+                raise InvalidInputError(
+                    f"drift of {name} is {kind!r}; it can be {', '.join(sorted(known))}."
+                )
+        strange = sorted(set(self.drift_sd) - set(self.drift))
+        if strange:
+            raise InvalidInputError(f"drift_sd names {strange[0]}, which drift does not.")
 
     def _check_earth(self) -> None:
         if self.places and self.origin is None:

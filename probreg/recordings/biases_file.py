@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from probreg.errors import InvalidInputError
-from probreg.typing import FloatArray
+from probreg.recordings.bias_paths import Biases, BiasPaths
 
 
-def read_biases(path: str | Path, names: Sequence[str]) -> FloatArray:
+def read_biases(path: str | Path, names: Sequence[str]) -> Biases:
     """Means of the biases from a `biases.json`, SI units, in the order of names.
+
+    Mean paths where some drift.
 
     Raises
     ------
@@ -23,6 +25,7 @@ def read_biases(path: str | Path, names: Sequence[str]) -> FloatArray:
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         means = {row["name"]: float(row["mean"]) for row in content["biases"]}
+        paths = {row["name"]: (row["time"], row["mean"]) for row in content.get("paths", [])}
     except OSError as error:
         raise InvalidInputError(f"{path} cannot be read: {error.strerror}.") from None
     except (ValueError, KeyError, TypeError):
@@ -32,4 +35,11 @@ def read_biases(path: str | Path, names: Sequence[str]) -> FloatArray:
             f"{path} has the biases {sorted(means)}, the setup {sorted(names)}; they must be the "
             "same. Give the sensors.toml of that registration."
         )
-    return np.array([means[name] for name in names])
+    constant = np.array([means[name] for name in names])
+    if not paths:
+        return constant
+    time = np.asarray(next(iter(paths.values()))[0], dtype=float)
+    values = np.tile(constant, (len(time), 1))
+    for name, (_, mean) in paths.items():
+        values[:, list(names).index(name)] = mean
+    return BiasPaths(time, values)

@@ -22,6 +22,8 @@
     biases = ["range", "azimuth"]
     prior_sd = {range_m = 100.0, azimuth_deg = 1.0}
     limits = {azimuth_deg = 0.1}
+    drift = {azimuth_deg = "walk"}  # or "ou", "steps"
+    drift_sd = {azimuth_deg = 0.1}  # prior median of the change within an hour
 
 Units stand in the names of the keys; inside all is metres, radians and seconds. A sensor given by
 latitude and longitude is level there and counts from true north; one given by `position_m` has
@@ -41,6 +43,7 @@ from probreg.recordings._kinds import (
     PLACE,
     by_term,
     check_names,
+    drift_of,
     factor,
     flag,
     place,
@@ -121,10 +124,11 @@ def parse(content: Mapping[str, Any]) -> Setup:
     sensors = tuple(to_sensor(table, frame, 3 if high and not surface else 2) for table in tables)
     biases = {s.name: terms_of(table, s) for table, s in zip(tables, sensors, strict=True)}
     owned = list(zip(tables, sensors, strict=True))
-    prior_sd, limits = (
+    prior_sd, limits, drift_sd = (
         {name: sd for t, s in owned for name, sd in by_term(t, key, s, biases[s.name]).items()}
-        for key in ("prior_sd", "limits")
+        for key in ("prior_sd", "limits", "drift_sd")
     )
+    drift = {name: k for t, s in owned for name, k in drift_of(t, s, biases[s.name]).items()}
     body = frozenset(table["name"] for table in tables if flag(table, "body_frame", False))
     others: dict[str, Any] = {
         key: positive_number(key, content[key]) for key in NUMBERS if key in content
@@ -135,7 +139,7 @@ def parse(content: Mapping[str, Any]) -> Setup:
     others["asterix"] = sources_of(tables)
     others["refraction"] = {t["name"]: t["refraction"] for t in tables if "refraction" in t}
     others["notes"] = tuple(said for key, said in FORMER.items() if key in content)
-    others |= _of_targets(content, sensors)
+    others |= {"drift": drift, "drift_sd": drift_sd, **_of_targets(content, sensors)}
     return Setup(sensors, biases, prior_sd, body, limits=limits, **others)
 
 

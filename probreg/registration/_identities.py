@@ -47,7 +47,7 @@ def identify(recording: Recording, setup: Setup) -> Identified:
     problem = recording_problem(first, setup)
     model = track_model(problem, PROVISIONAL)
     for _ in range(_ROUNDS if missing else 0):
-        theta = fit_tracks(of_some(model, MANY_REPORTS)).theta
+        theta = fit_tracks(of_some(model, MANY_REPORTS)).over_time
         again = associate(recording, setup, theta)
         if (again.target == problem.recording.target).all():
             break

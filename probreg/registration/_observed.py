@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,13 +40,20 @@ class Determined:
 
 
 def determined_by(fit: TrackFit, names: tuple[str, ...]) -> Determined:
-    """Compare what the tracks of a fit say with its prior."""
+    """Compare what tracks say with the prior; of biases that drift, of their levels."""
+    knots = fit.knots
     information = fit.information.precision
     together = fit.model.all_clocks
     if together is not None:
         free = np.eye(len(together)) - np.outer(together, together)
         information = free @ information @ free
-    return determined(information, fit.model.prior, names, len(fit.point.tangent.equations.y))
+    if knots.drifting:
+        information = knots.constant.T @ information @ knots.constant
+    found = determined(information, fit.model.prior, names, len(fit.point.tangent.equations.y))
+    if not knots.drifting:
+        return found
+    share = 1.0 - np.diag(fit.bias_covariance) / np.diag(fit.model.prior.covariance)
+    return replace(found, share=np.clip(share, 0.0, 1.0))
 
 
 def determined(

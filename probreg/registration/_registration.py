@@ -12,12 +12,13 @@ import numpy as np
 from probreg.numerics.intervals import equal_tailed
 from probreg.posterior.tracks import TrackFit
 from probreg.problems.recording import RecordingProblem
-from probreg.recordings import Recording, Setup, correct, restore
+from probreg.recordings import Biases, BiasPaths, Recording, Setup, correct, restore
 from probreg.registration._accuracy import Accuracy
 from probreg.registration._choice import RankedLaw
 from probreg.registration._held_out import HeldOut
 from probreg.registration._missing import MissingTerm
 from probreg.registration._observed import Determined
+from probreg.registration._paths import Change, changes, path_draws, paths_table
 from probreg.registration._tracks import reports_table, tracks_table
 from probreg.registration.residuals import (
     Component,
@@ -192,6 +193,43 @@ class Registration:
         """Expected number of reports that are outliers or not of the target they name."""
         return float(self.bad.sum())
 
+    @property
+    def drifting(self) -> tuple[str, ...]:
+        """Names of the biases that drift; `mean`, `sd`, ... are then of averages over time."""
+        paths = self.draws.paths
+        return () if paths is None else tuple(self.names[k] for k in paths.number)
+
+    @property
+    def over_time(self) -> Biases:
+        """Mean biases (p,), or their paths where some drift."""
+        paths = self.draws.paths
+        if paths is None:
+            return self.mean
+        values = np.tile(self.mean, (len(paths.time), 1))
+        values[:, list(paths.number)] = paths.flat.mean(axis=0)
+        return BiasPaths(paths.time, values)
+
+    def path_draws(self, name: str, time: FloatArray | None = None) -> FloatArray:
+        """Draws (k, n) of a bias at times (n,) of the recording, by default those of the knots.
+
+        Between knots a bias may leave the line from one to the next; draws have that too.
+
+        Raises
+        ------
+        InvalidInputError
+            No such bias; one that does not drift, without times.
+        """
+        return path_draws(self.draws, name, time)
+
+    def paths(self, time: FloatArray | None = None) -> pd.DataFrame:
+        """Drifting biases over time, by default at the knots; see `paths_table`."""
+        return paths_table(self.draws, time)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """Steps of the biases that drift by steps, in order of time."""
+        return changes(self.draws)
+
     def table(self) -> pd.DataFrame:
         """One row a bias: mean, sd, 50 % and 90 % intervals in SI units, the data's share."""
         import pandas as pd
@@ -243,8 +281,10 @@ class Registration:
 
     def correct(self, recording: Recording | None = None) -> Recording:
         """A recording (by default this one) without the mean biases."""
-        return correct(self.recording if recording is None else recording, self.setup, self.mean)
+        return correct(
+            self.recording if recording is None else recording, self.setup, self.over_time
+        )
 
     def restore(self, recording: Recording) -> Recording:
         """The inverse of `correct`."""
-        return restore(recording, self.setup, self.mean)
+        return restore(recording, self.setup, self.over_time)

@@ -175,7 +175,7 @@ def correction(scored: HeldOut | None) -> list[str]:
 def drawing(fitted: Fitted) -> list[str]:
     """What the sampler warns of, and where the mode does not tell the posterior."""
     said = [f"{fitted.draws.sampler}: {text}" for text in fitted.draws.warnings]
-    if not fitted.check.agrees:
+    if fitted.check is not None and not fitted.check.agrees:
         facts = fitted.draws.facts
         said.append(
             "short chains disagree with the normal law at the mode (standard deviations "

@@ -135,4 +135,8 @@ def with_biases(setup: Setup, biases: Mapping[str, tuple[str, ...]]) -> Setup:
     if any("heading" in terms for terms in biases.values()):
         named.add("platform.heading")
     kept = {name: sd for name, sd in setup.prior_sd.items() if name in named}
-    return dataclasses.replace(setup, biases=biases, prior_sd=kept, limits={})
+    drift = {name: kind for name, kind in setup.drift.items() if name in named}
+    drift_sd = {name: sd for name, sd in setup.drift_sd.items() if name in drift}
+    return dataclasses.replace(
+        setup, biases=biases, prior_sd=kept, limits={}, drift=drift, drift_sd=drift_sd
+    )

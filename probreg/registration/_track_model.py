@@ -45,6 +45,7 @@ def track_model(problem: RecordingProblem, choice: LawChoice) -> TrackModel:
         constant_sd=tuple(problem.constants.values()),
         constant_known=tuple(name in problem.known_constants for name in problem.constants),
         guess=problem.guess,
+        drifts=tuple(problem.model.drifts.values()),
     )
 
 

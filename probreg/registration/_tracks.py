@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from probreg.motion.tracks import add_bias_uncertainty
-from probreg.posterior.tracks import TrackFit, smooth
+from probreg.posterior.tracks import TrackFit, as_constant, local_covariance, smooth
 from probreg.problems.recording import RecordingProblem
 from probreg.registration.residuals import Residuals
 from probreg.sensors.frame import LocalFrame
@@ -45,8 +45,11 @@ def tracks_table(problem: RecordingProblem, fit: TrackFit) -> pd.DataFrame:
     smoothed = smooth(model, point, fit.theta, covariance=True)
     assert smoothed.covariance is not None
     motion = model.motion(tangent.equations, point.density, point.constant_sd)
+    own = fit.covariance
+    if fit.knots.drifting:
+        own = local_covariance(fit, model.reports.time[tangent.rows])
     covariance = add_bias_uncertainty(
-        smoothed.covariance, tangent.equations, motion, fit.covariance, point.weights
+        smoothed.covariance, as_constant(fit), motion, own, point.weights
     )
     row = problem.rows[tangent.rows]
     recording = problem.recording

@@ -12,6 +12,7 @@ from probreg.posterior.tracks import TrackFit, fit_tracks, judge, smooth
 from probreg.registration._choice import LAW_REPORTS, Chosen
 from probreg.registration._identities import Identified, of_some
 from probreg.registration._laws import LawChoice
+from probreg.registration._posterior import Fitted
 from probreg.registration._registration import Verdict
 from probreg.registration._track_model import under
 from probreg.samplers.tracks import BiasDraws
@@ -32,14 +33,23 @@ class Judged(NamedTuple):
     verdicts: tuple[Verdict, ...]
 
 
-def judge_reports(known: Identified, chosen: Chosen, fit: TrackFit, draws: BiasDraws) -> Judged:
+def judge_reports(known: Identified, chosen: Chosen, fitted: Fitted) -> Judged:
     """Judge reports under the contaminated law, which marks outliers, whichever law was chosen."""
     model = known.problem.model
     found = []
     for name, limit in known.problem.setup.limits.items():
-        exceeds = float((np.abs(draws.flat[:, model.numbers[name]]) > limit).mean())
+        exceeds = _exceeds(fitted.draws, model.numbers[name], limit)
         found.append(Verdict(name=name, limit=float(limit), probability=exceeds))
-    return Judged(_outliers(known, chosen, fit), tuple(found))
+    return Judged(_outliers(known, chosen, fitted.fit), tuple(found))
+
+
+def _exceeds(draws: BiasDraws, number: int, limit: float) -> float:
+    """Probability that a bias is beyond its limit; of one that drifts at the worst time."""
+    paths = draws.paths
+    if paths is None or number not in paths.number:
+        return float((np.abs(draws.flat[:, number]) > limit).mean())
+    path = paths.flat[..., paths.number.index(number)]
+    return float((np.abs(path) > limit).mean(axis=0).max())
 
 
 def _outliers(known: Identified, chosen: Chosen, fit: TrackFit) -> FloatArray:

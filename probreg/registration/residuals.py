@@ -44,7 +44,7 @@ class Residuals:
 def report_residuals(problem: RecordingProblem, fit: TrackFit) -> Residuals:
     """Residuals at the mode of a fit to a problem."""
     recording = problem.recording
-    values, time = corrected_values(recording, problem.setup, fit.theta)
+    values, time = corrected_values(recording, problem.setup, fit.over_time)
     shape = values.shape
     before, after, sd = (np.full(shape, np.nan) for _ in range(3))
     tangent, left = left_out_of(fit)

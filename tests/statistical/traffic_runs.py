@@ -189,3 +189,30 @@ def seen(scene: str, seed: int, reports: int = 5_000) -> Numbers:
 
 def rms(values) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def drifted(drawn: Drawn, name: str, path) -> Drawn:
+    """A bias moves: what `path` has at the stamp of each report is added to it."""
+    sensor, term = name.split(".")
+    k = [s.name for s in drawn.recording.sensors].index(sensor)
+    own = np.flatnonzero(drawn.recording.sensor == k)
+    values = drawn.recording.values.copy()
+    values[own, drawn.recording.sensors[k].bias_names.index(term)] += path(
+        drawn.recording.time[own]
+    )
+    return drawn._replace(recording=replace(drawn.recording, values=values))
+
+
+def walk_path(seed, sd_minute: float, end: float):
+    """A random walk from zero, of so much in a root minute, drawn every second."""
+    rng = np.random.default_rng([9, seed])
+    time = np.arange(0.0, end + 60.0)
+    steps = rng.normal(0.0, sd_minute / np.sqrt(60.0), len(time) - 1)
+    walk = np.concatenate([[0.0], np.cumsum(steps)])
+    return lambda at: np.interp(at, time, walk)
+
+
+def step_path(seed, size: float, end: float):
+    """A step at some time of the middle, and that time."""
+    at = np.random.default_rng([9, seed]).uniform(0.3, 0.7) * end
+    return at, lambda time: np.where(time >= at, size, 0.0)

@@ -166,16 +166,23 @@ def add_bias_uncertainty(
     bias_covariance: FloatArray,
     weights: FloatArray | None = None,
 ) -> FloatArray:
-    """Covariance of smoothed states (n, size, size) with that of the biases, V + M Sigma M'."""
+    """Covariance of smoothed states (n, size, size) with that of the biases, V + M Sigma M'.
+
+    `bias_covariance` is (p, p), or (n, p, p) where it is another at each report.
+    """
     total = covariance.copy()
     start = equations.target_start
     K, first = len(start) - 1, 0
     while first < K:
         last = int(np.searchsorted(start, start[first] + _CHUNK, side="right")) - 1
         last = min(max(last, first + 1), K)
-        M = bias_response(equations, motion, len(bias_covariance), weights, (first, last))
+        p = bias_covariance.shape[-1]
+        M = bias_response(equations, motion, p, weights, (first, last))
         rows = slice(start[first], start[last])
-        total[rows] += np.einsum("nac,cd,nbd->nab", M, bias_covariance, M, optimize=True)
+        if bias_covariance.ndim == 3:
+            total[rows] += M @ bias_covariance[rows] @ np.swapaxes(M, 1, 2)
+        else:
+            total[rows] += np.einsum("nac,cd,nbd->nab", M, bias_covariance, M, optimize=True)
         first = last
     return total
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from probreg.motion.tracks import BiasInformation, TrackEquations, TrackMotion, spans
 from probreg.posterior.tracks import steps
-from probreg.posterior.tracks.drift_draws import DriftDraws
 from probreg.posterior.tracks.drifting import Evidence, coefficients
 from probreg.posterior.tracks.fit import TrackFit
 from probreg.typing import FloatArray, IntArray
@@ -66,16 +65,16 @@ def evidence_at(fit: TrackFit) -> Evidence:
     return steps.evidence_of(fit.model, fit.information, fit.point.tangent.theta)
 
 
-def with_draws(fit: TrackFit, draws: DriftDraws) -> TrackFit:
-    """The fit with mean and covariance of the draws, spreads mixed over, and paths at that mean."""
-    theta = draws.theta.mean(axis=0)
+def with_draws(fit: TrackFit, draws: FloatArray) -> TrackFit:
+    """The fit with mean and covariance of draws (k, P), spreads mixed over, paths at that mean."""
+    theta = draws.mean(axis=0)
     smoothed = steps.smooth(fit.model, fit.point, theta)
     judged = steps.judge(fit.model, fit.point, smoothed)
     order = fit.point.tangent.order
     return replace(
         fit,
         theta=theta,
-        covariance=np.cov(draws.theta.T),
+        covariance=np.cov(draws.T),
         wrong=judged.wrong[order],
         log_density=judged.log_density[order],
         probability=judged.probability[order],
@@ -103,6 +102,8 @@ def local_covariance(fit: TrackFit, stamp: FloatArray) -> FloatArray:
 def as_constant(fit: TrackFit) -> TrackEquations:
     """Equations of the fit with one column a bias, which holds for as long as a track remembers."""
     knots, equations = fit.knots, fit.point.tangent.equations
+    if not knots.drifting:
+        return equations
     bias = np.empty(knots.size, dtype=np.int64)
     for b in range(knots.num_biases):
         bias[knots.places(b)] = b

@@ -18,7 +18,7 @@ from probreg.typing import FloatArray
 
 SWEEPS, WARMUP = 100, 20
 MANY, FEW_SWEEPS = 400, 40  # coefficients from which a sweep is dear, and what must do
-RARE = 0.05  # precision of a part below which it is a step
+RARE = 1e-3  # precision of a part below which it is a step
 REACH = 3  # parts by which a step is moved at most
 
 

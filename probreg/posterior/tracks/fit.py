@@ -23,6 +23,7 @@ from probreg.posterior.tracks.model import TrackModel
 from probreg.posterior.tracks.steps import Information, Point, Solution
 from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.track_reports import TrackLinearisation
+from probreg.recordings import Biases, BiasPaths
 from probreg.typing import FloatArray, IntArray
 
 WIDENED = (30.0, 10.0, 3.0, 1.0)  # noise at first, so that no report is refused too early
@@ -87,6 +88,14 @@ class TrackFit:
     def biases(self) -> FloatArray:
         """The biases, of those that drift averages over the recording, shape (p,)."""
         return self.knots.averages(self.theta)
+
+    @property
+    def over_time(self) -> Biases:
+        """The biases (p,), or their paths where some drift."""
+        knots = self.knots
+        if not knots.drifting:
+            return self.theta
+        return BiasPaths(knots.time, knots.at(self.theta, knots.time))
 
     @property
     def bias_covariance(self) -> FloatArray:

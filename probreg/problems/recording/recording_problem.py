@@ -11,6 +11,7 @@ from probreg.association import segments
 from probreg.association.segments import GAP_S
 from probreg.errors import InvalidInputError
 from probreg.problems.recording.first_guess import first_guess
+from probreg.problems.recording.knots import Knots
 from probreg.problems.recording.models import Models, companions, models_of
 from probreg.problems.recording.track_reports import PathPoints, TrackReports
 from probreg.recordings import (
@@ -25,6 +26,8 @@ from probreg.recordings import (
 from probreg.sensors.axes import EARTH_RADIUS_M
 from probreg.typing import BoolArray, FloatArray, IntArray
 
+SPACING_S = 15.0  # of knots, unless there would be more coefficients of drifting biases than
+MOST_COEFFICIENTS = 600
 MARGIN_M = 20_000.0  # about the places of reports, within which one of another target may lie
 
 
@@ -114,7 +117,8 @@ def recording_problem(recording: Recording, setup: Setup) -> RecordingProblem:
     _require_common_track(recording, track, beside)
     rows = np.flatnonzero(track >= 0)
     seen = models_of(recording, setup, model, rows)
-    reports = _reports(recording, setup, seen, (rows, track[rows]), len(model.names))
+    knots = _knots(model, recording.time[rows])
+    reports = _reports(recording, setup, seen, (rows, track[rows]), knots)
     guess, placed = _placed(reports, setup)
     if not placed.all():
         tracks, target = np.unique(reports.target[placed], return_inverse=True)
@@ -131,7 +135,7 @@ def _reports(
     setup: Setup,
     seen: Models,
     which: tuple[IntArray, IntArray],
-    num_biases: int,
+    knots: Knots,
 ) -> TrackReports:
     """Reports `which` of a recording, and of which track each is."""
     rows, track = which
@@ -144,14 +148,26 @@ def _reports(
         track,
         recording.time[rows],
         recording.values[rows][:, : max(len(m.sigmas) for m in seen.models)],
-        num_biases,
+        knots.num_biases,
         setup.dim,
         len(seen.constants),
         EARTH_RADIUS_M if setup.dim == 3 and setup.origin is not None else np.inf,
         None if own is None else own[rows],
         turns(recording, setup, rows) if setup.body_frame else None,
         None if beside is None else number[beside[rows]],
+        knots,
     )
+
+
+def _knots(model: BiasModel, time: FloatArray) -> Knots:
+    """Knots over all stamps for the biases that drift."""
+    drifting = tuple(model.drifts)
+    if not drifting:
+        return Knots(len(model.names))
+    first, last = float(time.min()), float(time.max())
+    most = MOST_COEFFICIENTS // len(drifting) - 1
+    count = min(max(int(np.ceil((last - first) / SPACING_S)), 1), most)
+    return Knots(len(model.names), drifting, np.linspace(first, max(last, first + 1.0), count + 1))
 
 
 def _placed(reports: TrackReports, setup: Setup) -> tuple[PathPoints, BoolArray]:

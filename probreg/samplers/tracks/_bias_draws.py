@@ -13,6 +13,7 @@ from probreg import arviz_adapter
 from probreg.arviz_adapter import Convergence
 from probreg.samplers._base import BaseDraws
 from probreg.samplers._mixing import unmixed
+from probreg.samplers.tracks._path_draws import BiasPathDraws
 from probreg.typing import FloatArray
 
 
@@ -25,11 +26,14 @@ class BiasDraws(BaseDraws):
     theta : ndarray, shape (chain, draw, p)
     labels, symbols : tuple of str
         Names of the biases and their units, SI.
+    paths : BiasPathDraws, optional
+        Of biases that drift, whole paths of the same draws; `theta` then has their averages.
     """
 
     theta: FloatArray
     labels: tuple[str, ...]
     symbols: tuple[str, ...]
+    paths: BiasPathDraws | None = None
 
     @property
     def _values(self) -> FloatArray:
@@ -66,9 +70,17 @@ class BiasDraws(BaseDraws):
     def to_arviz(self) -> Any:
         """InferenceData (ArviZ before 1.0) or DataTree (later) of the posterior."""
         chosen = {name.replace(" ", "_"): self.theta[..., k] for k, name in enumerate(self.names)}
+        dims: dict[str, list[str]] = {}
+        if self.paths is not None:
+            for j, k in enumerate(self.paths.number):
+                name = self.names[k].replace(" ", "_")
+                chosen[f"{name}.path"] = self.paths.values[..., j]
+                chosen[f"{name}.spread"] = self.paths.spread[..., j]
+                dims[f"{name}.path"] = ["time"]
         attrs = {"sampler": self.sampler, "gamma": self.gamma, **self.facts}
         attrs = {k: v for k, v in attrs.items() if isinstance(v, str | int | float)}
-        return arviz_adapter.inference_data({"posterior": chosen}, {}, {}, attrs)
+        coordinates = {} if self.paths is None else {"time": self.paths.time}
+        return arviz_adapter.inference_data({"posterior": chosen}, coordinates, dims, attrs)
 
 
 def normal_draws(

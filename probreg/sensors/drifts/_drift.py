@@ -37,6 +37,27 @@ class Drift(ABC):
     def step_variance(self, interval: FloatArray) -> FloatArray:
         """Variance of the change within short intervals, seconds, of a spread of one."""
 
+    def between(
+        self,
+        ends: tuple[FloatArray, FloatArray],
+        share: FloatArray,
+        size: FloatArray,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Draw values (k, n) between two times at which they are known.
+
+        Parameters
+        ----------
+        ends : tuple of ndarray, shape (k, n)
+            Values at the time before and at that after.
+        share : ndarray, shape (n,)
+            Of the interval that has passed, 0 to 1.
+        size : ndarray, shape (k, n)
+            Standard deviation of the change within the interval.
+        """
+        bridge = np.sqrt(share * (1.0 - share)) * size * rng.standard_normal(size.shape)
+        return np.asarray(ends[0] * (1.0 - share) + ends[1] * share + bridge)
+
 
 def increments(size: FloatArray) -> FloatArray:
     """Root (T, T - 1) of a sum of steps whose scales are `size` (T - 1,), from zero."""

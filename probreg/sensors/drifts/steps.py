@@ -30,3 +30,13 @@ class Steps(Drift):
     def step_variance(self, interval: FloatArray) -> FloatArray:
         """Squared scale."""
         return np.asarray((interval / HOUR_S) ** 2)
+
+    def between(
+        self,
+        ends: tuple[FloatArray, FloatArray],
+        share: FloatArray,
+        size: FloatArray,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """A step is over or still to come."""
+        return np.where(rng.random(size.shape) < share, ends[1], ends[0])

@@ -15,7 +15,7 @@ _ROUNDING = 4.0 * float(np.finfo(float).eps)
 
 
 def displacement(terms: Sequence[Term], theta: FloatArray, reports: FloatArray) -> FloatArray:
-    """What the terms add to true reports (n, q), for coefficients (k,)."""
+    """What the terms add to true reports (n, q), for coefficients (k,) or (k, n, 1)."""
     moved = np.zeros(np.shape(reports))
     for term, coefficient in zip(terms, theta, strict=True):
         moved += coefficient * term.column(reports)
@@ -44,7 +44,8 @@ def remove_terms(terms: Sequence[Term], theta: FloatArray, reports: FloatArray) 
         # components that are missing stay so
         if not (np.abs(corrected - before) > _ROUNDING * size).any():
             return corrected
-    names = ", ".join(f"{t.owner}.{t.name} {c:.3g}" for t, c in zip(terms, theta, strict=True))
+    sizes = [np.max(np.abs(c)) if np.ndim(c) else c for c in theta]
+    names = ", ".join(f"{t.owner}.{t.name} {c:.3g}" for t, c in zip(terms, sizes, strict=True))
     raise InvalidInputError(
         f"no correction reproduces the reports with {names}: these are not small biases."
     )
