@@ -3,6 +3,7 @@
 from probreg.watch._advance import advance
 from probreg.watch._begin import begin
 from probreg.watch.results import Alarm, Counts, SliceResult
+from probreg.watch.saving import from_arrays, to_arrays
 from probreg.watch.settings import WatchSettings
 from probreg.watch.state import WatchState
 
@@ -14,4 +15,6 @@ __all__ = [
     "WatchState",
     "advance",
     "begin",
+    "from_arrays",
+    "to_arrays",
 ]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from probreg.errors import InvalidInputError
 from probreg.motion.tracks import LiveTracks
 from probreg.noise import Contaminated, MixtureCounts
 from probreg.posterior.tracks import TrackFit
@@ -14,13 +15,13 @@ from probreg.problems.recording import RecordingProblem
 from probreg.problems.recording.track_reports import PathPoints
 from probreg.recordings import Recording, Setup
 from probreg.registration import LawChoice, register
-from probreg.watch._advance import frame_of
-from probreg.watch._close import close
-from probreg.watch._filters import belief, first_filters, levels, marginals, shares, with_reports
-from probreg.watch._refine import CLOSING, Refined, follow_open, tangent_of
+from probreg.watch._advance import closed, frame_of
+from probreg.watch._alarms import calibrated, first_alarms
+from probreg.watch._filters import belief, first_filters, levels, weighed
+from probreg.watch._refine import NEWEST, Refined, follow_open, tangent_of
 from probreg.watch._scene import labels_of, scene_of
 from probreg.watch.settings import WatchSettings
-from probreg.watch.state import Alarms, Noise, OpenReports, Tracks, WatchState
+from probreg.watch.state import Noise, OpenReports, Tracks, WatchState
 
 
 def begin(
@@ -43,14 +44,16 @@ def begin(
     """
     laws = (LawChoice.usual(Contaminated()),)
     found = register(recording, setup, rng=rng, laws=laws)
-    return begin_with(found.problem, found.fit, settings)
+    state = begin_with(found.problem, found.fit, settings)
+    return with_thresholds(state, rng)
 
 
 def begin_with(problem: RecordingProblem, fit: TrackFit, settings: WatchSettings) -> WatchState:
-    """Begin a watch where a fit of the first minutes ends."""
+    """Begin a watch where a fit of the first minutes ends, without alarms."""
     model, scene = fit.model, scene_of(problem.setup, problem.kinds, fit.model.start_sd)
-    time = problem.recording.time
+    time, p = problem.recording.time, fit.theta.size
     slices = max(1, int(np.ceil((time[-1] - time[0]) / settings.slice_s)))
+    sensors, models = len(problem.setup.sensors), len(model.reports.models)
     state = WatchState(
         setup=problem.setup,
         settings=settings,
@@ -63,36 +66,37 @@ def begin_with(problem: RecordingProblem, fit: TrackFit, settings: WatchSettings
         constant_sd=fit.point.constant_sd,
         mean=fit.theta,
         sd=fit.sd,
+        knots=np.tile(fit.theta, (settings.window, 1)),
         noise=_noise(fit),
-        tracks=_tracks(problem, scene.size, settings.window * fit.theta.size),
+        tracks=_tracks(problem, scene.size, settings.window * p),
         reports=_reports(fit),
         filters=first_filters(GaussianPrior.from_sd(problem.prior_sd), fit.theta, settings),
-        alarms=Alarms(),
+        alarms=first_alarms(models, sensors, p, settings.window * p),
     )
-    return _closed(state)
-
-
-def _closed(state: WatchState) -> WatchState:
-    """All but the last slices run into the tracks."""
-    p = state.theta.size
     frame = frame_of(state, state.theta, state.tracks)
     tangent = tangent_of(frame, state.reports)
     sums, live = follow_open(tangent, state.reports)
     refined = Refined(state.reports, tangent, None, sums, live)
     found = belief(state.filters, *refined.information, p)
-    filters = replace(state.filters, evidence=found.log_evidence)
-    variance = levels(state.settings, state.scene.bias.prior_sd)
-    mean, sd = marginals(found, shares(filters, len(variance)))
-    closed = close(frame, refined, state.settings.forget_s)
-    return replace(
-        state,
-        slices=state.slices + 1,
-        mean=state.theta + mean,
-        sd=sd,
-        tracks=closed.tracks,
-        reports=closed.reports,
-        filters=with_reports(filters, sums.J[CLOSING], sums.eta[CLOSING]),
-    )
+    return closed(state, frame, weighed(state.filters, found.log_evidence), refined, found)
+
+
+def with_thresholds(state: WatchState, rng: np.random.Generator) -> WatchState:
+    """Alarms calibrated to what a slice says in this installation."""
+    settings = state.settings
+    frame = frame_of(state, state.theta, state.tracks)
+    whole = state.reports.path.time <= state.time - settings.slice_s
+    if not whole.any():
+        raise InvalidInputError("too few reports to calibrate alarms: begin with some minutes.")
+    # the last slice may be a part of one
+    frame = frame._replace(end=state.time - settings.slice_s)
+    reports = state.reports.take(whole)
+    J = follow_open(tangent_of(frame, reports), reports)[0].J[NEWEST]
+    prior_sd = state.scene.bias.prior_sd
+    beliefs = J, levels(settings, prior_sd)[0], prior_sd**2
+    groups = len(state.noise.laws), len(state.setup.sensors)
+    thresholds = calibrated(settings, beliefs, groups, rng)
+    return replace(state, alarms=replace(state.alarms, thresholds=thresholds))
 
 
 def _noise(fit: TrackFit) -> Noise:

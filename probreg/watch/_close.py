@@ -17,33 +17,30 @@ from probreg.watch._refine import CLOSING, NEW_WEIGHT, Frame, Refined
 from probreg.watch.state import Noise, OpenReports, Tracks
 
 REFUSED = 0.1  # weight below which a report says next to nothing of its target
-RESTART = 4  # refusals in a row after which a track begins again
+RESTART = 5  # refusals in a row after which a track begins again
 
 
 class Closed(NamedTuple):
-    """Tracks and open reports without the oldest slice, and how many of it were refused."""
+    """Tracks and open reports without the oldest slice."""
 
     tracks: Tracks
     reports: OpenReports
-    refused: int
 
 
-def close(frame: Frame, refined: Refined, keep_s: float, merge: bool = True) -> Closed:
+def close(frame: Frame, refined: Refined, keep_s: float) -> Closed:
     """Run the oldest slice into the tracks; those that were not seen for `keep_s` are forgotten."""
-    tracks, reports, refused = frame.tracks, refined.reports, 0
+    tracks, reports = frame.tracks, refined.reports
     if refined.tangent is not None:
         assert refined.live is not None
         at, group = refined.tangent.at, refined.tangent.group
         out = np.zeros(len(reports), dtype=bool)
         out[at.rows[group == CLOSING]] = True
-        refused = int((reports.weight[out] < REFUSED).sum())
         went = np.unique(at.equations.target[group == CLOSING])
         tracks = _with_states(tracks, refined.tangent.rows[went], went, refined.live)
         tracks, reports = _restarted(tracks, reports, ~out)
-    if merge:
-        live = merged(tracks.live, frame.scene.num_biases)
-        tracks = Tracks(tracks.label, tracks.begun, tracks.seen, live)
-    return Closed(*_remembered(tracks, reports, frame.end - keep_s), refused)
+    live = merged(tracks.live, frame.scene.num_biases)
+    tracks = Tracks(tracks.label, tracks.begun, tracks.seen, live)
+    return Closed(*_remembered(tracks, reports, frame.end - keep_s))
 
 
 def _with_states(tracks: Tracks, rows: IntArray, which: IntArray, live: LiveTracks) -> Tracks:

@@ -1,6 +1,8 @@
 """Beliefs about biases that walk: filters of several walks, weighed by their evidence.
 
-Filter 0 takes the estimated walk of every bias; filter 1 + c L + l takes level l for bias c.
+Filter 0 takes the estimated walk of every bias; filter 1 + c L + l takes level l for bias c. The
+last one takes walks as they were estimated some time ago: that by which changes are judged, or
+what changes now would be taken for the usual walk.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from probreg.watch.state import Filters
 
 # of a walk in prior standard deviations a root minute, beside the constant: half the prior
 SLOWEST, RATIO, LEVELS = 5e-4, 2.1, 9
+PAST = 180  # slices whose evidence is remembered
 HOUR_S, MINUTE_S = 3600.0, 60.0
 
 
@@ -50,7 +53,7 @@ def first_filters(prior: GaussianPrior, theta: FloatArray, settings: WatchSettin
     p, W = theta.size, settings.window
     variance = levels(settings, np.sqrt(np.diag(prior.covariance)))
     L = len(variance)
-    F = 1 + p * L if L > 1 else 1
+    F = 2 + p * L if L > 1 else 1
     root = np.linalg.inv(prior.covariance)
     empty = Filters(
         np.zeros((F, W * p, W * p)),
@@ -58,6 +61,7 @@ def first_filters(prior: GaussianPrior, theta: FloatArray, settings: WatchSettin
         np.zeros(F),
         np.ones((F, W, p)),
         np.zeros(F),
+        np.zeros((0, F)),
     )
     empty.precision[:, -p:, -p:] = root
     empty.shift[:, -p:] = root @ (prior.mean - theta)
@@ -67,12 +71,13 @@ def first_filters(prior: GaussianPrior, theta: FloatArray, settings: WatchSettin
     return found
 
 
-def shares(filters: Filters, num_levels: int) -> FloatArray:
-    """Probability of each level of each bias, shape (p, L)."""
+def shares(filters: Filters, num_levels: int, log_evidence: FloatArray | None = None) -> FloatArray:
+    """Probability of each level of each bias, shape (p, L), by the latest evidence or another."""
     p = filters.step.shape[2]
     if num_levels == 1:
         return np.ones((p, 1))
-    log_share = filters.evidence[1:].reshape(p, num_levels)
+    given = filters.evidence if log_evidence is None else log_evidence
+    log_share = given[1:-1].reshape(p, num_levels)
     prior = np.append(0.5, np.full(num_levels - 1, 0.5 / (num_levels - 1)))
     odds = np.exp(log_share - log_share.max(axis=1, keepdims=True)) * prior
     return np.asarray(odds / odds.sum(axis=1, keepdims=True))
@@ -86,6 +91,9 @@ def step_variances(filters: Filters, variance: FloatArray) -> FloatArray:
     if L > 1:
         for c in range(p):
             found[1 + c * L : 1 + (c + 1) * L, c] = variance[:, c]
+        past = np.vstack([filters.past, filters.evidence])
+        then = past[len(past) - min(PAST, 1 + len(past) // 2)]
+        found[-1] = np.einsum("pl,lp->p", shares(filters, L, then), variance)
     return found
 
 
@@ -158,6 +166,22 @@ def moved(filters: Filters, away: FloatArray) -> Filters:
     return replace(filters, shift=filters.shift - pull, log_scale=filters.log_scale + gain)
 
 
+def weighed(filters: Filters, log_evidence: FloatArray) -> Filters:
+    """With the evidence of one slice more."""
+    past = np.vstack([filters.past, filters.evidence])[-PAST:]
+    return replace(filters, evidence=log_evidence, past=past)
+
+
+def as_before(filters: Filters, log_evidence: FloatArray, ago: int) -> Filters:
+    """What slices of a step say of the walks is left out: evidence is that `ago` slices before.
+
+    `log_evidence` is that of all reports as they are believed now.
+    """
+    past = np.vstack([filters.past, filters.evidence])
+    then = past[max(0, len(past) - 1 - ago)]
+    return weighed(replace(filters, log_scale=filters.log_scale + then - log_evidence), then)
+
+
 def with_reports(filters: Filters, J: FloatArray, eta: FloatArray) -> Filters:
     """With what reports say of the knots."""
     return replace(filters, precision=filters.precision + J, shift=filters.shift + eta)
@@ -171,13 +195,15 @@ def belief(filters: Filters, J: FloatArray, eta: FloatArray, p: int) -> Belief:
     return found
 
 
-def whole_belief(filters: Filters, J: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean (W p,) and covariance of all knots under filter 0."""
-    precision = filters.precision[0] + J
+def whole_belief(
+    filters: Filters, J: FloatArray, eta: FloatArray, which: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (W p,) and covariance of all knots under one filter."""
+    precision = filters.precision[which] + J
     scale = 1.0 / np.sqrt(np.diag(precision))
     covariance = np.linalg.inv(precision * np.outer(scale, scale)) * np.outer(scale, scale)
     covariance = 0.5 * (covariance + covariance.T)
-    return covariance @ (filters.shift[0] + eta), covariance
+    return covariance @ (filters.shift[which] + eta), covariance
 
 
 def marginals(found: Belief, share: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -186,8 +212,8 @@ def marginals(found: Belief, share: FloatArray) -> tuple[FloatArray, FloatArray]
     if len(found.mean) == 1:
         return found.mean[0], np.sqrt(found.variance[0])
     own = np.arange(p)
-    mean = found.mean[1:].reshape(p, L, p)[own, :, own]
-    variance = found.variance[1:].reshape(p, L, p)[own, :, own]
+    mean = found.mean[1:-1].reshape(p, L, p)[own, :, own]
+    variance = found.variance[1:-1].reshape(p, L, p)[own, :, own]
     middle = (share * mean).sum(axis=1)
     spread = (share * (variance + (mean - middle[:, None]) ** 2)).sum(axis=1)
     return middle, np.sqrt(spread)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from probreg.motion.tracks import (
     LiveTracks,
+    SmoothedTracks,
     Sums,
     TrackEquations,
     TrackMotion,
@@ -18,14 +20,17 @@ from probreg.motion.tracks import (
 from probreg.posterior.tracks import Judgement, Point, TrackModel, judge
 from probreg.posterior.tracks.steps import STEADY
 from probreg.prior import GaussianPrior
+from probreg.problems.recording.first_guess import first_guess
 from probreg.problems.recording.track_reports import PathPoints, TrackLinearisation, TrackReports
 from probreg.typing import FloatArray, IntArray
 from probreg.watch._filters import whole_belief
 from probreg.watch._scene import Scene
 from probreg.watch.state import Filters, Noise, OpenReports, Tracks
 
-NEW_WEIGHT = 0.01  # of reports that no one has judged, and of those that no other places
+NEW_WEIGHT = 0.01  # of reports that no one has judged
+LONE_WEIGHT = 1e-5  # of those that no other places: judged again as if new, they pull at nothing
 ROUNDS = 3
+WIDENED = (30.0, 30.0, 10.0, 10.0, 3.0, 3.0, 1.0, 1.0)  # noise of tracks that are young
 CLOSING, OPEN, NEWEST = 0, 1, 2  # groups of reports
 
 
@@ -68,6 +73,8 @@ class Tangent(NamedTuple):
     ----------
     model : TrackModel
     at : TrackLinearisation
+    equations : TrackEquations
+        Of the tangent, with a column for every bias at every knot.
     rows : ndarray of int
         Of the tracks that have open reports.
     start : TrackMotion
@@ -78,6 +85,7 @@ class Tangent(NamedTuple):
 
     model: TrackModel
     at: TrackLinearisation
+    equations: TrackEquations
     rows: IntArray
     start: TrackMotion
     columns: FloatArray
@@ -99,6 +107,9 @@ class Refined(NamedTuple):
         Of the three groups.
     live : LiveTracks or None
         After the closing slice.
+    smoothed : SmoothedTracks or None
+    weights : ndarray, shape (n,), or None
+        With which they were smoothed, in the order of the tangent.
     """
 
     reports: OpenReports
@@ -106,6 +117,8 @@ class Refined(NamedTuple):
     judged: Judgement | None
     sums: Sums
     live: LiveTracks | None
+    smoothed: SmoothedTracks | None = None
+    weights: FloatArray | None = None
 
     @property
     def information(self) -> tuple[FloatArray, FloatArray]:
@@ -113,44 +126,104 @@ class Refined(NamedTuple):
         return self.sums.J.sum(axis=0), self.sums.eta.sum(axis=0)
 
 
-def refine(frame: Frame, reports: OpenReports, filters: Filters) -> Refined:
-    """Judge the open reports given each other, at the biases that follow from them."""
-    C = frame.window * frame.scene.num_biases
+class Judged(NamedTuple):
+    """Reports with new weights and paths, and what these follow from.
+
+    Attributes
+    ----------
+    reports : OpenReports
+    judged : Judgement
+    smoothed : SmoothedTracks
+    weights : ndarray, shape (n,)
+        Those before, in the order of the tangent.
+    steady : PathPoints or None
+        Smoother paths where terms vary.
+    """
+
+    reports: OpenReports
+    judged: Judgement
+    smoothed: SmoothedTracks
+    weights: FloatArray
+    steady: PathPoints | None
+
+
+def refine(frame: Frame, reports: OpenReports, filters: Filters, delta: FloatArray) -> Refined:
+    """Judge the open reports given each other, at the biases that follow from them.
+
+    `delta` (W p,) are the biases at the knots to begin with.
+    """
+    C = len(delta)
     if not len(reports):
         empty = Sums(np.zeros((3, C, C)), np.zeros((3, C)), np.zeros(3))
         return Refined(reports, None, None, empty, None)
-    delta, _ = whole_belief(filters, np.zeros((C, C)), np.zeros(C))
-    tangent, steady = tangent_of(frame, reports), None
-    for k in range(ROUNDS):
-        equations = _at_knots(tangent)
-        motion = tangent.start._replace(
-            start_mean=tangent.start.start_mean - tangent.columns @ delta
-        )
-        weights = reports.weight[tangent.at.rows]
-        smoothed = smooth_tracks(equations, motion, weights, delta, spread=True)
-        point = Point(
-            tangent.at, weights, frame.density, frame.noise.laws, frame.noise.wrong,
-            frame.constant_sd,
-        )  # fmt: skip
-        judged = judge(tangent.model, point, smoothed)
-        weight = np.where(judged.placed, judged.weight, NEW_WEIGHT)
-        reports = _written(reports, tangent.at, weight, smoothed.mean)
-        if k + 1 < ROUNDS:
-            if tangent.model.reports.varies:
-                steady = _steady(tangent, equations, motion, weights, delta)
-            tangent = tangent_of(frame, reports, steady)
-            J, eta = (part.sum(axis=0) for part in follow_open(tangent, reports)[0][:2])
-            delta, _ = whole_belief(filters, J, eta)
+    hopeful = np.where(reports.weight == LONE_WEIGHT, NEW_WEIGHT, reports.weight)
+    reports = _with_young(frame, replace(reports, weight=hopeful), delta)
+    tangent = tangent_of(frame, reports)
+    first = _judged(frame, tangent, reports, delta)
+    reports = first.reports
+    tangent = tangent_of(frame, reports, first.steady)
+    J, eta = (part.sum(axis=0) for part in follow_open(tangent, reports)[0][:2])
+    delta, _ = whole_belief(filters, J, eta)
+    for _ in range(ROUNDS - 1):
+        last = _judged(frame, tangent, reports, delta)
+        reports = last.reports
     sums, live = follow_open(tangent, reports)
-    return Refined(reports, tangent, judged, sums, live)
+    return Refined(reports, tangent, last.judged, sums, live, last.smoothed, last.weights)
+
+
+def _with_young(frame: Frame, reports: OpenReports, delta: FloatArray) -> OpenReports:
+    """Tracks without closed reports judged afresh, from wide noise on: the first may be wrong."""
+    young = np.flatnonzero(~frame.tracks.begun[reports.track])
+    if not young.size:
+        return reports
+    own = reports.take(young)
+    _, target = np.unique(own.track, return_inverse=True)
+    guess = first_guess(track_reports(frame, own, target), frame.scene.height_m, strict=False)
+    placed = np.isfinite(guess.position).all(axis=1)
+    path = PathPoints(*(np.where(placed if a.ndim == 1 else placed[:, None], a, b)
+                        for a, b in zip(guess, own.path, strict=True)))  # fmt: skip
+    own = replace(own, weight=np.full(len(own), WIDENED[0] ** -2.0), path=path)
+    tangent = tangent_of(frame, own)
+    for factor in WIDENED:
+        own = _judged(frame, tangent, own, delta, factor).reports
+    weight, whole = reports.weight.copy(), [part.copy() for part in reports.path]
+    weight[young] = np.where(own.weight == LONE_WEIGHT, NEW_WEIGHT, own.weight)
+    for part, new in zip(whole, own.path, strict=True):
+        part[young] = new
+    return replace(reports, weight=weight, path=PathPoints(*whole))
+
+
+def _judged(
+    frame: Frame,
+    tangent: Tangent,
+    reports: OpenReports,
+    delta: FloatArray,
+    widened: float = 1.0,
+) -> Judged:
+    """Reports given each other and the biases; `widened` is a factor on the noise."""
+    equations, noise = tangent.equations, frame.noise
+    mean = tangent.start.start_mean - tangent.columns @ delta
+    motion = tangent.start._replace(start_mean=mean)
+    weights = reports.weight[tangent.at.rows]
+    smoothed = smooth_tracks(equations, motion, weights, delta, spread=True)
+    point = Point(tangent.at, weights, frame.density, noise.laws, noise.wrong, frame.constant_sd)
+    judged = judge(tangent.model, point, smoothed, widened)
+    steady = None
+    if tangent.model.reports.varies:
+        # see `steady_path` of the track posterior
+        slow = motion._replace(q=STEADY * motion.q)
+        steady = tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
+    weight = np.where(judged.placed, judged.weight, LONE_WEIGHT)
+    after = _written(reports, tangent.at, weight, smoothed.mean)
+    return Judged(after, judged, smoothed, weights, steady)
 
 
 def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTracks]:
     """What open reports say of the biases, and tracks after the closing slice."""
-    at, p = tangent.at, tangent.model.reports.num_biases
-    places = tangent.knot, tangent.group
-    weights = reports.weight[at.rows]
-    sums, live = follow_tracks(at.equations, tangent.start, tangent.columns, p, places, weights)
+    p = tangent.model.reports.num_biases
+    places = (tangent.knot + 1) * p, tangent.group
+    weights = reports.weight[tangent.at.rows]
+    sums, live = follow_tracks(tangent.equations, tangent.start, tangent.columns, places, weights)
     missing = NEWEST + 1 - len(sums.eta)
     sums = Sums(*(np.pad(s, [(0, missing)] + [(0, 0)] * (s.ndim - 1)) for s in sums))
     together = tangent.model.all_clocks
@@ -159,25 +232,6 @@ def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTrack
         free = np.kron(np.eye(sums.eta.shape[1] // p), np.eye(p) - np.outer(together, together))
         sums = sums._replace(J=free @ sums.J @ free, eta=sums.eta @ free)
     return sums, live
-
-
-def _at_knots(tangent: Tangent) -> TrackEquations:
-    """Equations whose columns are those of the window."""
-    equations = tangent.at.equations
-    first = tangent.knot[equations.report] * tangent.model.reports.num_biases
-    return equations._replace(column=equations.column + first[:, None])
-
-
-def _steady(
-    tangent: Tangent,
-    equations: TrackEquations,
-    motion: TrackMotion,
-    weights: FloatArray,
-    delta: FloatArray,
-) -> PathPoints:
-    """Paths for the columns of terms; see `steady_path` of the track posterior."""
-    slow = motion._replace(q=STEADY * motion.q)
-    return tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
 
 
 def _written(
@@ -224,11 +278,26 @@ def tangent_of(frame: Frame, reports: OpenReports, steady: PathPoints | None = N
     )
     at = model.reports.linearise(frame.theta, reports.path, steady)
     start, columns = _starts(frame, model, at, rows)
-    back = np.floor((frame.end - at.equations.time) / frame.slice_s).astype(np.int64)
-    back = np.clip(back, 0, frame.open_slices - 1)
+    ahead = np.clip((frame.end - at.equations.time) / frame.slice_s, 0.0, frame.open_slices)
+    back = np.minimum(ahead.astype(np.int64), frame.open_slices - 1)
     group = np.where(back == 0, NEWEST, OPEN)
     group[back == frame.open_slices - 1] = CLOSING
-    return Tangent(model, at, rows, start, columns, frame.window - 1 - back, group)
+    knot = frame.window - 1 - back
+    equations = _at_knots(at.equations, knot, ahead - back, model.reports.num_biases)
+    return Tangent(model, at, equations, rows, start, columns, knot, group)
+
+
+def _at_knots(
+    equations: TrackEquations, knot: IntArray, share: FloatArray, p: int
+) -> TrackEquations:
+    """Biases between knots, linearly: a share (n,) of that before the knot of each report."""
+    report = equations.report
+    own = equations.column + (knot[report] * p)[:, None]
+    before = share[report][:, None] * equations.response
+    return equations._replace(
+        column=np.hstack([own, own - p]),
+        response=np.hstack([equations.response - before, before]),
+    )
 
 
 def _starts(

@@ -1,4 +1,4 @@
-"""Reports of a slice in the terms of the track model, whose sensor models are fixed at the start."""
+"""Reports of a slice as the track model has them, with sensor models fixed at the start."""
 
 from __future__ import annotations
 

@@ -19,8 +19,8 @@ class WatchSettings:
     lag_s : float
         How long reports stay open: their weights and paths are refined by what follows.
     window : int
-        Knots of every bias that are kept apart, at least those of the open reports; older ones
-        are merged into the oldest.
+        Knots of every bias that are kept apart, at the ends of the open slices and
+        before; older ones are merged into the oldest.
     delay_s : float
         How late a report may come and still be used; below `lag_s`.
     forget_s : float
@@ -62,9 +62,10 @@ class WatchSettings:
                 f"lag_s {self.lag_s} must be a whole number of slices of {self.slice_s} s, two or "
                 "more."
             )
-        if self.window < self.open_slices:
+        if self.window <= self.open_slices:
             raise InvalidInputError(
-                f"window {self.window} is below the {self.open_slices} knots of the open reports."
+                f"window is {self.window}; {self.open_slices + 1} or more knots are needed, at the "
+                f"ends of {self.open_slices} open slices and before."
             )
         if self.delay_s > self.lag_s - self.slice_s:
             raise InvalidInputError(

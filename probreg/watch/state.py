@@ -95,9 +95,9 @@ class Tracks:
 class Filters:
     """Beliefs about the biases at the knots of a window, one filter a hypothesis of their walk.
 
-    Filter 0 takes the estimated walk of every bias; the others follow, L a bias: one bias walks
-    as fast as each level, the others as estimated. Log density log_scale + shift . delta
-    - delta' precision delta / 2, of the closed slices.
+    Filter 0 takes the estimated walk of every bias; L a bias follow, under which it walks as fast
+    as each level and the others as estimated; the last takes the estimates of some time ago. Their
+    log densities are log_scale + shift . delta - delta' precision delta / 2, of closed slices.
 
     Attributes
     ----------
@@ -108,6 +108,8 @@ class Filters:
         Variance of the steps to each knot from that before.
     evidence : ndarray, shape (F,)
         Log evidence of each filter with all reports, up to a constant.
+    past : ndarray, shape (H, F)
+        The evidence after slices before, the latest last.
     """
 
     precision: FloatArray
@@ -115,11 +117,52 @@ class Filters:
     log_scale: FloatArray
     step: FloatArray
     evidence: FloatArray
+    past: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Changes:
+    """Scores of changes that may have happened, one a moment and bias.
+
+    Attributes
+    ----------
+    begun : ndarray of int, shape (H,)
+        Slice with which each began.
+    gap : ndarray, shape (H, p, W p)
+        What a unit of change leaves unexplained at the knots.
+    score, information : ndarray, shape (H, p)
+        Of the size of each change, against none.
+    """
+
+    begun: IntArray
+    gap: FloatArray
+    score: FloatArray
+    information: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Alarms:
-    """What alarms remember."""
+    """What alarms remember, and their thresholds.
+
+    Attributes
+    ----------
+    steps, ramps : Changes
+    noise : ndarray, shape (models, factors)
+        Log evidence of more noise.
+    expected : ndarray, shape (sensors,)
+        Of each sensor's reports as a share of all.
+    silent : ndarray, shape (sensors,)
+        Log evidence of silence.
+    thresholds : ndarray, shape (4,)
+        On the log evidence of a step, a ramp, noise and silence.
+    """
+
+    steps: Changes
+    ramps: Changes
+    noise: FloatArray
+    expected: FloatArray
+    silent: FloatArray
+    thresholds: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +213,8 @@ class WatchState:
     constant_sd : ndarray, shape (c,)
     mean, sd : ndarray, shape (p,)
         Of the biases now.
+    knots : ndarray, shape (W, p)
+        Biases at the knots of the window.
     """
 
     setup: Setup
@@ -183,6 +228,7 @@ class WatchState:
     constant_sd: FloatArray
     mean: FloatArray
     sd: FloatArray
+    knots: FloatArray
     noise: Noise
     tracks: Tracks
     reports: OpenReports

@@ -47,23 +47,15 @@ class LiveTracks(NamedTuple):
 
 
 @numba.njit(cache=True, fastmath=FAST, inline="always")
-def answer_knot(
-    shape: Shape,
-    equations: TrackEquations,
-    e: int,
-    M: FloatArray,
-    n: FloatArray,
-    columns: tuple[int, int],
+def answer_knots(
+    shape: Shape, equations: TrackEquations, e: int, M: FloatArray, n: FloatArray, top: int
 ) -> None:
-    """Write n = s - M'h of equation e, whose biases' columns begin at the first of `columns`.
-
-    Up to the second one: later knots have no part in it yet.
-    """
-    d, (base, top) = len(shape[0]), columns
+    """Write n = s - M'h of equation e, up to column `top`: later knots have no part in it yet."""
+    d = len(shape[0])
     for c in range(top):
         n[c] = 0.0
     for s in range(equations.column.shape[1]):
-        n[base + equations.column[e, s]] += equations.response[e, s]
+        n[equations.column[e, s]] += equations.response[e, s]
     for b in range(d + len(shape[1])):
         h, row = equations.h[e, b], M[b if b < d else b + d]
         for c in range(top):
@@ -76,18 +68,18 @@ def follow(
     equations: TrackEquations,
     motion: TrackMotion,
     precision: FloatArray,
-    places: tuple[IntArray, IntArray, int],
+    places: tuple[IntArray, IntArray],
     live: LiveTracks,
     sums: Sums,
 ) -> None:
     """Filter all targets from their starts; `live` holds their columns, and is written to.
 
-    `places` are the first column (n,) of each report's knot and its group (n,), both going up in
-    time, and the number of biases of a knot. `live` becomes the state after each target's last report of group 0, if it has one.
+    `places` are the end (n,) of each report's columns and its group (n,), both going up in time.
+    `live` becomes the state after each target's last report of group 0, if it has one.
     """
     C, size = sums.eta.shape[1], 2 * len(shape[0]) + len(shape[1])
     m, P, M = np.empty(size), np.empty((size, size)), np.empty((size, C))
-    g, n, (first, group, p) = np.empty(size), np.empty(C), places
+    g, n, (ends, group) = np.empty(size), np.empty(C), places
     for k in range(len(motion.q)):
         begin(shape, motion.start_mean[k], motion.start_variance[k], m, P)
         M[:] = live.columns[k]
@@ -97,14 +89,14 @@ def follow(
             if dt > 0.0:
                 predict(shape, m, P, dt, motion.q[k])
                 move(shape, m, M, dt, equations.push, i)
-            J, eta, top = sums.J[group[i]], sums.eta[group[i]], first[i] + p
+            J, eta, top = sums.J[group[i]], sums.eta[group[i]], ends[i]
             for e in range(equations.report_start[i], equations.report_start[i + 1]):
                 if precision[e] == 0.0:
                     continue
                 h = equations.h[e]
                 phi = gain_of(shape, P, h, g) + 1.0 / precision[e]
                 nu = equations.y[e] - project(shape, h, m)
-                answer_knot(shape, equations, e, M, n, (first[i], top))
+                answer_knots(shape, equations, e, M, n, top)
                 sums.log_likelihood[group[i]] -= 0.5 * (_LOG_2PI + np.log(phi) + nu * nu / phi)
                 for a in range(top):
                     part = n[a] / phi

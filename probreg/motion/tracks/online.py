@@ -14,7 +14,6 @@ def follow_tracks(
     equations: TrackEquations,
     motion: TrackMotion,
     columns: FloatArray,
-    num_biases: int,
     places: tuple[IntArray, IntArray],
     weights: FloatArray,
 ) -> tuple[Sums, LiveTracks]:
@@ -23,16 +22,14 @@ def follow_tracks(
     Parameters
     ----------
     equations : TrackEquations
-        Columns count the p biases of a knot, whichever it is.
+        Columns count biases at knots, knot by knot.
     motion : TrackMotion
         Starts are states at each target's first report here, with covariances.
-    columns : ndarray, shape (K, size, W p)
-        What means of the starts lose for each unit of bias at each of W knots.
-    num_biases : int
-        p, of each knot.
+    columns : ndarray, shape (K, size, C)
+        What means of the starts lose for each unit of bias at each knot.
     places : tuple of (ndarray, ndarray), shape (n,)
-        The knot of each report, from 0 to W - 1, and its group, from 0; neither goes down within
-        a target.
+        How many of the columns have a part in each report, and its group, from 0; neither goes
+        down within a target.
     weights : ndarray, shape (n,)
         Precision of each report over the nominal one.
 
@@ -43,17 +40,16 @@ def follow_tracks(
     live : LiveTracks
         After the last report of group 0 of each target; the start where there is none.
     """
-    knot, group = (np.asarray(part, dtype=np.int64) for part in places)
+    end, group = (np.asarray(part, dtype=np.int64) for part in places)
     C, groups = columns.shape[2], int(group.max(initial=0)) + 1
-    if len(knot) and not 0 <= knot.min() <= knot.max() < C // num_biases:
-        raise InvalidInputError(f"knots count from 0 to {C // num_biases - 1}.")
+    if (equations.column >= end[equations.report][:, None]).any() or end.max(initial=0) > C:
+        raise InvalidInputError(f"a column is beyond those of its report, or these beyond {C}.")
     sums = Sums(np.zeros((groups, C, C)), np.zeros((groups, C)), np.zeros(groups))
     begun = np.append(equations.time, np.nan)[equations.target_start[:-1]]
     start = motion.start_mean, motion.start_variance, columns
     live = LiveTracks(*(np.array(part, order="C") for part in start), begun)
     precision = equations.precision(weights)
-    where = knot * num_biases, group, num_biases
-    follow(equations.shape, equations, motion, precision, where, live, sums)
+    follow(equations.shape, equations, motion, precision, (end, group), live, sums)
     below = np.tril(np.ones((C, C)), -1)
     return sums._replace(J=sums.J + np.swapaxes(below * sums.J, 1, 2)), live
 
