@@ -15,6 +15,7 @@ from probreg.watch._changes import (
     Found,
     Slice,
     evidence,
+    kinds_of,
     log_odds,
     most_probable,
     next_changes,
@@ -29,11 +30,10 @@ from probreg.watch._watchdogs import (
 )
 from probreg.watch.results import Alarm
 from probreg.watch.settings import WatchSettings
-from probreg.watch.state import Alarms, Changes
+from probreg.watch.state import Alarms
 
-STEP_S, RAMP_S, RAMP_EVERY_S = 600.0, 1800.0, 60.0  # how long a change is in question
-PARTS = (0.4, 0.2, 0.2, 0.2)  # of the false alarms: steps, ramps, noise, silence
-STEP, RAMP, NOISE, SILENCE = range(4)
+PARTS = (0.6, 0.2, 0.2)  # of the false alarms: changes of biases, noise, silence
+CHANGE, NOISE, SILENCE = range(3)
 DAY_H = 24.0
 
 
@@ -82,14 +82,8 @@ def first_alarms(models: int, sensors: int, p: int, C: int) -> Alarms:
         np.full((models, len(FACTORS)), -np.inf),
         np.zeros(sensors),
         np.full(sensors, -np.inf),
-        np.full(4, np.inf),
+        np.full(3, np.inf),
     )
-
-
-def kept(settings: WatchSettings) -> tuple[tuple[int, int], tuple[int, int]]:
-    """For how many slices steps and ramps are in question, and how far apart they are."""
-    lasts = [max(1, round(s / settings.slice_s)) for s in (STEP_S, RAMP_S, RAMP_EVERY_S)]
-    return (lasts[0], 1), (lasts[1], lasts[2])
 
 
 def calibrated(
@@ -98,7 +92,7 @@ def calibrated(
     groups: tuple[int, int],
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Thresholds (4,) for the stated rate of false alarms.
+    """Thresholds (3,) for the stated rate of false alarms.
 
     `beliefs` are J (C, C) of a usual slice, variances (p,) of the steps of biases while nothing
     changes, and of their prior; `groups` how many models and sensors are watched.
@@ -107,38 +101,32 @@ def calibrated(
     per_hour = HOUR_S / settings.slice_s
     covariance = steady(J, step, prior, round(SETTLE_S / settings.slice_s))
     rates = settings.false_alarms_per_day / DAY_H * np.array(PARTS)
-    scale = np.sqrt(prior)
-    found = np.empty(4)
-    scales = (scale, 0.0), (scale / HOUR_S, settings.slice_s)
-    for k, ((size, growth), keep) in enumerate(zip(scales, kept(settings), strict=True)):
-        wanted = float(rates[k]), per_hour
-        found[k] = change_threshold(J, covariance, size, growth, keep, wanted, rng)
-    # of the sums of these the mean time to a false alarm is known to be above the threshold
-    for k, count in zip((NOISE, SILENCE), groups, strict=True):
-        found[k] = np.log(per_hour * count / rates[k])
-    return found
+    kinds = kinds_of(settings.slice_s, np.sqrt(prior))
+    change = change_threshold(J, covariance, kinds, (float(rates[CHANGE]), per_hour), rng)
+    # of the sums of the others the mean time to a false alarm is at least the threshold
+    others = [
+        np.log(per_hour * n / rates[k]) for k, n in zip((NOISE, SILENCE), groups, strict=True)
+    ]
+    return np.array([change, *others])
 
 
 def listen_changes(alarms: Alarms, now: Slice, clock: Clock, bias: BiasModel) -> Heard:
-    """Steps and ramps."""
-    growths, raised, step = (0.0, clock.slice_s), [], None
-    unit = bias.prior_sd, bias.prior_sd / HOUR_S
-    settings = WatchSettings(slice_s=clock.slice_s, lag_s=6 * clock.slice_s, delay_s=0.0)
-    changed: list[Changes] = []
-    for kind, keep in enumerate(kept(settings)):
-        before = (alarms.steps, alarms.ramps)[kind]
-        changes = next_changes(before, now, clock.number, growths[kind], keep)
-        odds = log_odds(changes, unit[kind])
-        strength = evidence(odds) - alarms.thresholds[kind]
-        if strength > 0.0 and step is None:
-            found = most_probable(changes, odds, unit[kind])
-            raised.append(_alarm(("step", "ramp")[kind], found, strength, clock, bias))
-            step = found if kind == STEP else step
-            changes = no_changes(*changes.gap.shape[1:])
-        changed.append(changes)
-    if step is not None:
-        changed = [no_changes(*c.gap.shape[1:]) for c in changed]
-    return Heard(replace(alarms, steps=changed[0], ramps=changed[1]), tuple(raised), step)
+    """Steps and ramps: together they raise an alarm, the most probable one names it."""
+    kinds = kinds_of(clock.slice_s, bias.prior_sd)
+    before = alarms.steps, alarms.ramps
+    changes = [
+        next_changes(one, now, clock.number, k) for one, k in zip(before, kinds, strict=True)
+    ]
+    odds = tuple(log_odds(one, k.scale) for one, k in zip(changes, kinds, strict=True))
+    strength = evidence(odds) - alarms.thresholds[CHANGE]
+    if not strength > 0.0:
+        return Heard(replace(alarms, steps=changes[0], ramps=changes[1]), (), None)
+    which = int(np.argmax([one.max(initial=-np.inf) for one in odds]))
+    found = most_probable(changes[which], odds[which], kinds[which].scale)
+    raised = _alarm(kinds[which].name, found, strength, clock, bias)
+    none = no_changes(*changes[0].gap.shape[1:])
+    step = found if which == 0 else None
+    return Heard(replace(alarms, steps=none, ramps=none), (raised,), step)
 
 
 def _alarm(kind: str, found: Found, strength: float, clock: Clock, bias: BiasModel) -> Alarm:

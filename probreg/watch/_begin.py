@@ -85,6 +85,7 @@ def with_thresholds(state: WatchState, rng: np.random.Generator) -> WatchState:
     """Alarms calibrated to what a slice says in this installation."""
     settings = state.settings
     frame = frame_of(state, state.theta, state.tracks)
+    groups = len(state.noise.laws), len(state.setup.sensors)
     whole = state.reports.path.time <= state.time - settings.slice_s
     if not whole.any():
         raise InvalidInputError("too few reports to calibrate alarms: begin with some minutes.")
@@ -93,9 +94,7 @@ def with_thresholds(state: WatchState, rng: np.random.Generator) -> WatchState:
     reports = state.reports.take(whole)
     J = follow_open(tangent_of(frame, reports), reports)[0].J[NEWEST]
     prior_sd = state.scene.bias.prior_sd
-    beliefs = J, levels(settings, prior_sd)[0], prior_sd**2
-    groups = len(state.noise.laws), len(state.setup.sensors)
-    thresholds = calibrated(settings, beliefs, groups, rng)
+    thresholds = calibrated(settings, (J, levels(settings, prior_sd)[0], prior_sd**2), groups, rng)
     return replace(state, alarms=replace(state.alarms, thresholds=thresholds))
 
 

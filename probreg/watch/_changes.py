@@ -15,6 +15,7 @@ SIZES = (
     0.1,
     0.3,
 )  # standard deviations of a change, in those of the prior; ramps: in an hour
+STEP_S, RAMP_S, RAMP_EVERY_S = 600.0, 1800.0, 60.0  # how long a change is in question
 HOUR_S = 3600.0
 
 
@@ -32,6 +33,28 @@ class Slice(NamedTuple):
     J: FloatArray
     surprise: FloatArray
     covariance: FloatArray
+
+
+class Kind(NamedTuple):
+    """A kind of change.
+
+    Attributes
+    ----------
+    name : str
+    growth : float
+        Of a change of unit size from slice to slice: none for a step, whose size is there at
+        once; of a ramp the length of a slice.
+    scale : ndarray, shape (p,)
+        What its sizes count in.
+    lasts, every : int
+        For how many slices a change is in question, and how many lie between those that are.
+    """
+
+    name: str
+    growth: float
+    scale: FloatArray
+    lasts: int
+    every: int
 
 
 class Found(NamedTuple):
@@ -58,42 +81,37 @@ def no_changes(p: int, C: int) -> Changes:
     )
 
 
-def next_changes(
-    changes: Changes, now: Slice, number: int, growth: float, keep: tuple[int, int]
-) -> Changes:
-    """Scores with one slice more.
+def kinds_of(slice_s: float, prior_sd: FloatArray) -> tuple[Kind, Kind]:
+    """Steps and ramps."""
+    lasts = [max(1, round(s / slice_s)) for s in (STEP_S, RAMP_S, RAMP_EVERY_S)]
+    step = Kind("step", 0.0, prior_sd, lasts[0], 1)
+    return step, Kind("ramp", slice_s, prior_sd / HOUR_S, lasts[1], lasts[2])
 
-    Parameters
-    ----------
-    changes : Changes
-    now : Slice
-    number : int
-        Of the slice.
-    growth : float
-        Of a change of unit size from slice to slice: none for a step, whose size is there at
-        once; of a ramp the length of a slice.
-    keep : tuple of (int, int)
-        For how many slices a change is in question, and how many lie between those that are.
-    """
-    lasts, every = keep
+
+def next_changes(changes: Changes, now: Slice, number: int, kind: Kind) -> Changes:
+    """Scores with slice `number`."""
     p, C = changes.gap.shape[1:]
     own = np.arange(p)
     gap = np.roll(changes.gap, -p, axis=2)
     gap[:, :, -p:] = changes.gap[:, :, -p:]
-    gap[:, own, C - p + own] += growth
-    parts = [changes.begun, gap, changes.score, changes.information]
-    if number % every == 0:
-        fresh = np.zeros((1, p, C))
-        fresh[0, own, C - p + own] = growth or 1.0
-        new = np.array([number]), fresh, np.zeros((1, p)), np.zeros((1, p))
-        parts = [np.concatenate(pair) for pair in zip(parts, new, strict=True)]
-    recent = parts[0] > number - lasts
-    begun, gap, score, information = (part[recent] for part in parts)
+    gap[:, own, C - p + own] += kind.growth
+    begun, score, information = changes.begun, changes.score, changes.information
+    if number % kind.every == 0:
+        fresh, none = np.zeros((1, p, C)), np.zeros((1, p))
+        fresh[0, own, C - p + own] = kind.growth or 1.0
+        begun, gap = np.append(begun, number), np.concatenate([gap, fresh])
+        score, information = np.vstack([score, none]), np.vstack([information, none])
+    recent = begun > number - kind.lasts
+    begun, gap, score, information = (
+        begun[recent],
+        gap[recent],
+        score[recent],
+        information[recent],
+    )
     pull = gap @ now.J
     explained = pull @ now.covariance
     score = score + gap @ now.surprise
-    information = information + np.einsum("hpc,hpc->hp", gap, pull)
-    information -= np.einsum("hpc,hpc->hp", explained, pull)
+    information = information + np.einsum("hpc,hpc->hp", gap - explained, pull)
     return Changes(begun, gap - explained, score, information)
 
 
@@ -108,11 +126,10 @@ def log_odds(changes: Changes, scale: FloatArray) -> FloatArray:
     return np.asarray(gain - 0.5 * np.log(grown))
 
 
-def evidence(odds: FloatArray) -> float:
-    """Log of the Shiryaev-Roberts sum, over moments, of the mean over biases and sizes."""
-    if not odds.size:
-        return -np.inf
-    return float(logsumexp(odds) - np.log(odds[0].size))
+def evidence(odds: tuple[FloatArray, ...]) -> float:
+    """Log of the Shiryaev-Roberts sum, over moments, of the mean over kinds, biases and sizes."""
+    sums = [logsumexp(one) - np.log(one[0].size) for one in odds if one.size]
+    return float(logsumexp(sums) - np.log(len(odds))) if sums else -np.inf
 
 
 def most_probable(changes: Changes, odds: FloatArray, scale: FloatArray) -> Found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -121,12 +122,8 @@ def _placed(
         _, target = np.unique(added.track[new], return_inverse=True)
         alone = track_reports(frame, added.take(new), target)
         position[new] = first_guess(alone, frame.scene.height_m, strict=False).position
-    good = np.isfinite(position).all(axis=1)
-    whole = OpenReports(
-        added.track, added.kind, added.time, added.values, added.own, added.turn, added.weight,
-        PathPoints(time, position, velocity),
-    )  # fmt: skip
-    return whole.take(good), good
+    good = np.asarray(np.isfinite(position).all(axis=1))
+    return replace(added, path=PathPoints(time, position, velocity)).take(good), good
 
 
 def _nearest(

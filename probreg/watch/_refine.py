@@ -179,7 +179,7 @@ def _with_young(frame: Frame, reports: OpenReports, delta: FloatArray) -> OpenRe
     own = reports.take(young)
     _, target = np.unique(own.track, return_inverse=True)
     guess = first_guess(track_reports(frame, own, target), frame.scene.height_m, strict=False)
-    placed = np.isfinite(guess.position).all(axis=1)
+    placed = np.asarray(np.isfinite(guess.position).all(axis=1))
     path = PathPoints(*(np.where(placed if a.ndim == 1 else placed[:, None], a, b)
                         for a, b in zip(guess, own.path, strict=True)))  # fmt: skip
     own = replace(own, weight=np.full(len(own), WIDENED[0] ** -2.0), path=path)
@@ -214,7 +214,8 @@ def _judged(
         slow = motion._replace(q=STEADY * motion.q)
         steady = tangent.at.path(smooth_tracks(equations, slow, weights, delta).mean)
     weight = np.where(judged.placed, judged.weight, LONE_WEIGHT)
-    after = _written(reports, tangent.at, weight, smoothed.mean)
+    at = tangent.at
+    after = replace(reports, weight=weight[at.order], path=at.path(smoothed.mean))
     return Judged(after, judged, smoothed, weights, steady)
 
 
@@ -232,14 +233,6 @@ def follow_open(tangent: Tangent, reports: OpenReports) -> tuple[Sums, LiveTrack
         free = np.kron(np.eye(sums.eta.shape[1] // p), np.eye(p) - np.outer(together, together))
         sums = sums._replace(J=free @ sums.J @ free, eta=sums.eta @ free)
     return sums, live
-
-
-def _written(
-    reports: OpenReports, at: TrackLinearisation, weight: FloatArray, states: FloatArray
-) -> OpenReports:
-    """With weights and paths that are in the order of a tangent."""
-    arrays = [reports.track, reports.kind, reports.time, reports.values, reports.own, reports.turn]
-    return OpenReports(*arrays, weight[at.order], at.path(states))
 
 
 def track_reports(frame: Frame, reports: OpenReports, target: IntArray) -> TrackReports:

@@ -52,13 +52,11 @@ def from_arrays(arrays: dict[str, np.ndarray], setup: Setup, settings: WatchSett
         )
     try:
         kinds = tuple((int(s), int(along)) for s, along in arrays["kinds"])
-        given = {
-            "setup": setup,
-            "settings": settings,
-            "scene": scene_of(setup, kinds, tuple(arrays["start_sd"].tolist())),  # type: ignore[arg-type]
-        }
+        across, up, fast, climb = arrays["start_sd"].tolist()
+        scene = scene_of(setup, kinds, (across, up, fast, climb))
+        given: dict[str, Any] = {"setup": setup, "settings": settings, "scene": scene}
         hints = get_type_hints(WatchState)
-        rest = {
+        rest: dict[str, Any] = {
             f.name: _rebuilt(f.name, hints[f.name], arrays)
             for f in fields(WatchState)
             if f.name not in _GIVEN
@@ -71,14 +69,14 @@ def from_arrays(arrays: dict[str, np.ndarray], setup: Setup, settings: WatchSett
 def _about(setup: Setup, settings: WatchSettings) -> str:
     """What a state and its user must agree on."""
     terms = {sensor.name: list(setup.biases.get(sensor.name, ())) for sensor in setup.sensors}
-    kinds = [type(sensor).__name__ for sensor in setup.sensors]
-    facts = {"version": VERSION, "terms": terms, "kinds": kinds, "settings": asdict(settings)}
+    units = {sensor.name: list(sensor.bias_units) for sensor in setup.sensors}
+    facts = {"version": VERSION, "terms": terms, "units": units, "settings": asdict(settings)}
     return json.dumps(facts, sort_keys=True)
 
 
 def _flatten(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
     if isinstance(value, ScaleMixture):
-        found[name] = np.array(json.dumps([type(value).__name__, asdict(value)]))
+        found[name] = np.array(json.dumps([type(value).__name__, vars(value)]))
     elif is_dataclass(value):
         for field in fields(value):
             _flatten(f"{name}.{field.name}", getattr(value, field.name), found)

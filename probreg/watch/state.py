@@ -52,14 +52,14 @@ class OpenReports:
     def take(self, rows: IntArray | BoolArray) -> OpenReports:
         """Some of the reports."""
         path = PathPoints(*(part[rows] for part in self.path))
-        arrays = [getattr(self, name)[rows] for name in _ARRAYS]
-        return OpenReports(*arrays, path)
+        arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}
+        return OpenReports(**arrays, path=path)
 
     def joined(self, other: OpenReports) -> OpenReports:
         """With others behind."""
         path = [np.concatenate(pair) for pair in zip(self.path, other.path, strict=True)]
-        arrays = [np.concatenate([getattr(self, k), getattr(other, k)]) for k in _ARRAYS]
-        return OpenReports(*arrays, PathPoints(*path))
+        arrays = {k: np.concatenate([getattr(self, k), getattr(other, k)]) for k in _ARRAYS}
+        return OpenReports(**arrays, path=PathPoints(*path))
 
 
 _ARRAYS = ("track", "kind", "time", "values", "own", "turn", "weight")
@@ -153,8 +153,8 @@ class Alarms:
         Of each sensor's reports as a share of all.
     silent : ndarray, shape (sensors,)
         Log evidence of silence.
-    thresholds : ndarray, shape (4,)
-        On the log evidence of a step, a ramp, noise and silence.
+    thresholds : ndarray, shape (3,)
+        On the log evidence of a change of biases, of noise and of silence.
     """
 
     steps: Changes

@@ -47,14 +47,15 @@ def follow_tracks(
     sums = Sums(np.zeros((groups, C, C)), np.zeros((groups, C)), np.zeros(groups))
     begun = np.append(equations.time, np.nan)[equations.target_start[:-1]]
     start = motion.start_mean, motion.start_variance, columns
-    live = LiveTracks(*(np.array(part, order="C") for part in start), begun)
+    mean, covariance, own = (np.array(part, order="C") for part in start)
+    live = LiveTracks(mean, covariance, own, begun)
     precision = equations.precision(weights)
     follow(equations.shape, equations, motion, precision, (end, group), live, sums)
     below = np.tril(np.ones((C, C)), -1)
     return sums._replace(J=sums.J + np.swapaxes(below * sums.J, 1, 2)), live
 
 
-def carried(live: LiveTracks, time: FloatArray, q: FloatArray, push: FloatArray) -> LiveTracks:
+def carried(live: LiveTracks, time: FloatArray, q: float, push: FloatArray) -> LiveTracks:
     """States carried on to later times (K,), under accelerations `push` (K, d) that are known.
 
     Earlier times leave them as they are.
