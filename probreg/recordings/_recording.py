@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,20 +117,26 @@ class Recording:
         if strange:
             raise InvalidInputError(f"no sensor {sorted(strange)}; there are {known}.")
         chosen = [k for k, name in enumerate(known) if name in names]
-        rows = np.isin(self.sensor, chosen)
+        own = self._where(np.isin(self.sensor, chosen))
+        sensors = tuple(self.sensors[k] for k in chosen)
+        return replace(own, sensors=sensors, sensor=np.searchsorted(chosen, own.sensor))
+
+    def during(self, after: float, until: float) -> Recording:
+        """The reports later than `after`, up to `until`, seconds."""
+        return self._where((self.time > after) & (self.time <= until))
+
+    def _where(self, rows: BoolArray) -> Recording:
+        """Some of the reports; those that came with others only together with them."""
         if self.beside is not None:
-            rows &= rows[self.beside]
-        return Recording(
-            tuple(self.sensors[k] for k in chosen),
-            np.searchsorted(chosen, self.sensor[rows]),
-            self.time[rows],
-            self.values[rows],
-            self.target[rows],
-            self.labels,
-            None if self.own_position is None else self.own_position[rows],
-            None if self.heading is None else self.heading[rows],
-            None if self.beside is None else (np.cumsum(rows) - 1)[self.beside[rows]],
-        )
+            rows = rows & rows[self.beside]
+        optional = {"own_position": self.own_position, "heading": self.heading}
+        given = {name: array[rows] for name, array in optional.items() if array is not None}
+        if self.beside is not None:
+            given["beside"] = (np.cumsum(rows) - 1)[self.beside[rows]]
+        fields = {
+            name: getattr(self, name)[rows] for name in ("sensor", "time", "values", "target")
+        }
+        return replace(self, **fields, **given)
 
 
 def _together(beside: IntArray, n: int) -> IntArray:

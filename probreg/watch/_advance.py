@@ -72,7 +72,7 @@ def advance(
     """
     settings = state.settings
     _require_slice(state, reports, until)
-    frame, filters = _next_slice(state)
+    frame, filters = next_slice(state)
     opened = frame.end - settings.slice_s - max(settings.delay_s, _SOON_S)
     taken = take_in(frame, state.reports, state.setup, reports, opened)
     frame = frame._replace(tracks=taken.tracks)
@@ -202,7 +202,7 @@ def frame_of(state: WatchState, theta: FloatArray, tracks: Tracks) -> Frame:
     )
 
 
-def _next_slice(state: WatchState) -> tuple[Frame, Filters]:
+def next_slice(state: WatchState) -> tuple[Frame, Filters]:
     """A knot more, and everything about the biases as they are believed to be now."""
     p = state.theta.size
     variance = levels(state.settings, state.scene.bias.prior_sd)

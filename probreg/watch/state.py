@@ -244,3 +244,8 @@ class WatchState:
     def names(self) -> tuple[str, ...]:
         """Of the biases."""
         return self.scene.bias.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the biases, SI."""
+        return self.scene.bias.units

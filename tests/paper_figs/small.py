@@ -24,6 +24,8 @@ def run_small(studies, folder):
             few = {"replicates": min(2, config.replicates)}
             if hasattr(config, "runs"):
                 few["runs"] = min(4, config.runs)
+            if hasattr(config, "minutes"):
+                few["minutes"] = 5.5
             if hasattr(config, "keep"):
                 few["keep"] = 19
             small = dataclasses.replace(config, **few)

@@ -14,6 +14,7 @@ from experiments.results import load_result
 from experiments.study import study_names
 from paper_figs.__main__ import figures
 from tests.paper_figs import test_autoferry as autoferry
+from tests.paper_figs import test_recording_drift as recording_drift
 from tests.paper_figs.small import draw, draw_all, missing, run_small
 from tests.paper_figs.test_bayes_figures import BAYES
 from tests.paper_figs.test_bayes_figures import STUDIES as BAYES_STUDIES
@@ -32,14 +33,15 @@ FILES += PASSIVE + PASSIVE_TABLES
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    elsewhere = [*BAYES_STUDIES, *DRIFT_STUDIES, *autoferry.STUDIES]
+    elsewhere = [*BAYES_STUDIES, *DRIFT_STUDIES, *autoferry.STUDIES, *recording_drift.STUDIES]
     studies = [name for name in study_names() if name not in elsewhere]
     return run_small(studies, tmp_path_factory.mktemp("results"))
 
 
 @pytest.fixture(scope="module")
 def drawn(results, tmp_path_factory):
-    wanted = [name for name in figures() if name not in [*BAYES, *MH, *autoferry.FIGURES]]
+    elsewhere = [*BAYES, *MH, *autoferry.FIGURES, *recording_drift.FIGURES]
+    wanted = [name for name in figures() if name not in elsewhere]
     return draw_all(wanted, results, tmp_path_factory.mktemp("out"))
 
 
