@@ -209,7 +209,8 @@ def _next_slice(state: WatchState) -> tuple[Frame, Filters]:
     filters = next_knot(state.filters, variance)
     away = state.mean - state.theta
     live = state.tracks.live
-    lost = live.columns.reshape(*live.mean.shape, -1, p).sum(axis=2) @ away
+    knots = live.columns.reshape(*live.mean.shape, state.settings.window, p)
+    lost = knots.sum(axis=2) @ away
     tracks = replace(state.tracks, live=live._replace(mean=live.mean - lost))
     return frame_of(state, state.theta + away, tracks), moved(filters, away)
 
