@@ -50,7 +50,8 @@ def test_a_step_is_named_placed_and_followed(scene):
     assert 0.0 < after < 30.0
     assert (alarm.kind, alarm.sensor, alarm.term) == ("step", "radar2", "azimuth")
     assert abs(alarm.time - recording.time[0] - CHANGES_S) <= 10.0
-    assert abs(alarm.size - step) < 5.0 * alarm.sd
+    # biases are linear between knots: within its slice a step looks a little larger
+    assert abs(alarm.size / step - 1.0) < 0.15
     c = results[0].names.index("radar2.azimuth")
     right = truth.bias["radar2.azimuth"] + step
     at = [r for r in results if r.time > recording.time[0] + CHANGES_S + 30.0]
