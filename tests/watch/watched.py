@@ -40,14 +40,14 @@ def up_to(recording, seconds):
 
 
 def batch(recording, setup, dirty=False):
-    """The problem, and its fit at a known acceleration; laws known too, of Gaussian noise."""
+    """The problem, and its fit at a known acceleration; laws known too, shares of wrong ones not."""
     problem = recording_problem(recording, setup)
     law = Contaminated(0.05, 10.0) if dirty else Gaussian()
     model = TrackModel(
         problem.reports,
         GaussianPrior.from_sd(problem.prior_sd),
         (law,) * len(problem.reports.models),
-        None if dirty else (frozenset({"nothing"}),) * len(problem.reports.models),
+        (frozenset({"nothing"}),) * len(problem.reports.models),
         acceleration=1.0,
         acceleration_log_sd=0.0,
         wrong_share=0.1 if dirty else 0.0,
