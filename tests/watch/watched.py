@@ -40,7 +40,7 @@ def up_to(recording, seconds):
 
 
 def batch(recording, setup, dirty=False):
-    """The problem, and its fit at a known acceleration; laws known too, shares of wrong ones not."""
+    """The problem, and its fit at known accelerations and laws; shares of wrong ones are found."""
     problem = recording_problem(recording, setup)
     law = Contaminated(0.05, 10.0) if dirty else Gaussian()
     model = TrackModel(
