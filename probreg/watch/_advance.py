@@ -90,7 +90,8 @@ def advance(
         filters, refined, found = _after_step(frame, filters, refined, knots, (heard.step, clock))
     after = closed(state, frame, filters, refined, found)
     after = replace(after, alarms=heard.alarms, noise=_noisier(after.noise, heard))
-    return after, _result(after, taken, _refused(refined), heard.raised)
+    raised = _measured(after, state, heard, clock)
+    return after, _result(after, taken, _refused(refined), raised)
 
 
 def _listened(
@@ -113,7 +114,8 @@ def _listened(
     silence = listen_silence(changes.alarms, counts, names, clock)
     raised = changes.raised + silence.raised
     if changes.raised:
-        return Heard(silence.alarms, raised, changes.step)
+        afresh = np.full_like(alarms.noise, -np.inf)
+        return Heard(replace(silence.alarms, noise=afresh), raised, changes.step)
     noise = listen_noise(silence.alarms, louder(frame, refined), kinds, clock)
     return Heard(noise.alarms, raised + noise.raised, None, noise.louder)
 
@@ -167,6 +169,19 @@ def closed(
     )
 
 
+def _measured(
+    after: WatchState, before: WatchState, heard: Heard, clock: Clock
+) -> tuple[Alarm, ...]:
+    """Alarms; the size of a step is that which beliefs have taken, once they are free to."""
+    if heard.step is None:
+        return heard.raised
+    c, ago = heard.step.term, clock.number - heard.step.begun
+    knot = max(0, len(after.knots) - 2 - ago)
+    size = float(after.mean[c] - after.knots[knot, c])
+    sd = float(np.hypot(after.sd[c], before.sd[c]))
+    return (replace(heard.raised[0], size=size, sd=sd), *heard.raised[1:])
+
+
 def _noisier(noise: Noise, heard: Heard) -> Noise:
     """Laws follow an alarm at once, and what was counted before is forgotten."""
     laws, counts = list(noise.laws), list(noise.counts)
@@ -209,7 +224,8 @@ def next_slice(state: WatchState) -> tuple[Frame, Filters]:
     filters = next_knot(state.filters, variance)
     away = state.mean - state.theta
     live = state.tracks.live
-    lost = live.columns.reshape(*live.mean.shape, -1, p).sum(axis=2) @ away
+    knots = live.columns.reshape(*live.mean.shape, state.settings.window, p)
+    lost = knots.sum(axis=2) @ away
     tracks = replace(state.tracks, live=live._replace(mean=live.mean - lost))
     return frame_of(state, state.theta + away, tracks), moved(filters, away)
 

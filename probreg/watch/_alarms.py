@@ -138,7 +138,9 @@ def _alarm(kind: str, found: Found, strength: float, clock: Clock, bias: BiasMod
 def listen_noise(alarms: Alarms, ratio: FloatArray, names: tuple[str, ...], clock: Clock) -> Heard:
     """Noise of sensor models, `names` by their sensors, that no longer fits."""
     sums = shiryaev_roberts(alarms.noise, ratio)
-    strength, raised, changed = by_model(sums) - alarms.thresholds[NOISE], [], []
+    # a step looks like noise at first: two slices must say so
+    strength = np.minimum(by_model(sums), by_model(alarms.noise)) - alarms.thresholds[NOISE]
+    raised, changed = [], []
     for s in np.flatnonzero(strength > 0.0).tolist():
         factor = float(FACTORS[int(np.argmax(sums[s]))])
         score = float(np.exp(min(strength[s], 500.0)))

@@ -31,7 +31,7 @@ class WatchSettings:
         Whether biases may walk, with a spread that is learned; else they are constant.
     floor : float
         Standard deviation that every bias gains in an hour even if constant, as a share of its
-        prior standard deviation. Zero is none.
+        prior standard deviation.
     half_life_s : float
         Of what is remembered of the noise.
 
@@ -52,10 +52,16 @@ class WatchSettings:
     half_life_s: float = 3600.0
 
     def __post_init__(self) -> None:
-        for name in ("slice_s", "lag_s", "forget_s", "false_alarms_per_day", "half_life_s"):
+        for name in (
+            "slice_s",
+            "lag_s",
+            "forget_s",
+            "false_alarms_per_day",
+            "half_life_s",
+            "floor",
+        ):
             positive_number(name, getattr(self, name))
-        for name in ("delay_s", "floor"):
-            positive_number(name, getattr(self, name), zero=True)
+        positive_number("delay_s", self.delay_s, zero=True)
         whole_number("window", self.window)
         if abs(self.lag_s / self.slice_s - self.open_slices) > 1e-9 or self.open_slices < 2:
             raise InvalidInputError(
