@@ -129,14 +129,17 @@ class Recording:
         """Some of the reports; those that came with others only together with them."""
         if self.beside is not None:
             rows = rows & rows[self.beside]
-        optional = {"own_position": self.own_position, "heading": self.heading}
-        given = {name: array[rows] for name, array in optional.items() if array is not None}
-        if self.beside is not None:
-            given["beside"] = (np.cumsum(rows) - 1)[self.beside[rows]]
-        fields = {
-            name: getattr(self, name)[rows] for name in ("sensor", "time", "values", "target")
-        }
-        return replace(self, **fields, **given)
+        beside = None if self.beside is None else (np.cumsum(rows) - 1)[self.beside[rows]]
+        return replace(
+            self,
+            sensor=self.sensor[rows],
+            time=self.time[rows],
+            values=self.values[rows],
+            target=self.target[rows],
+            own_position=None if self.own_position is None else self.own_position[rows],
+            heading=None if self.heading is None else self.heading[rows],
+            beside=beside,
+        )
 
 
 def _together(beside: IntArray, n: int) -> IntArray:
