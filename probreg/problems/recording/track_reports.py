@@ -95,7 +95,9 @@ class TrackReports:
         own = [c for model in self.models for c, _ in model.own]
         if any(c >= self.num_biases for c in columns) or any(c >= self.num_constants for c in own):
             raise InvalidInputError("a term has a place beyond the biases or constants.")
-        knots = Knots(self.num_biases) if self.knots is None else self.knots
+        knots = self.knots
+        if knots is None or not knots.drifting:
+            knots = Knots(self.num_biases)
         if knots.num_biases != self.num_biases:
             raise InvalidInputError(f"knots of {self.num_biases} biases are needed.")
         for name, value in {**whole, "time": time, "values": values, "knots": knots}.items():
