@@ -14,6 +14,8 @@ from experiments.runner import run_study
 from experiments.study import configurations, load_study
 
 ROOT = Path(__file__).parents[2]
+# settings of studies that have them
+FEW = {"replicates": 2, "runs": 4, "keep": 19, "minutes": 5.5, "aircraft": 12}
 
 
 def run_small(studies, folder):
@@ -21,13 +23,8 @@ def run_small(studies, folder):
     for name in studies:
         study = load_study(name)
         for label, config in configurations(study, "quick", []):
-            few = {"replicates": min(2, config.replicates)}
-            if hasattr(config, "runs"):
-                few["runs"] = min(4, config.runs)
-            if hasattr(config, "minutes"):
-                few["minutes"] = 5.5
-            if hasattr(config, "keep"):
-                few["keep"] = 19
+            own = {name: value for name, value in FEW.items() if hasattr(config, name)}
+            few = {name: min(value, getattr(config, name)) for name, value in own.items()}
             small = dataclasses.replace(config, **few)
             run_study(study, label, small, folder, 1, Console(file=io.StringIO()))
     return folder
