@@ -62,13 +62,15 @@ def next_scores(
     shifts = np.array(SHIFTS)
     gain = shifts * z[..., None] - 0.5 * shifts**2
     sums = np.logaddexp(0.0, scores.sums) + gain
-    # what is not usual must not become so at once
+    # what is not usual must not become so at once; a shift of less than three standard deviations
+    # may, within minutes: where nothing is learned under suspicion, heights that hang together alarm
     away = np.where(ready, np.clip(away, -CLIP * spread, CLIP * spread), away)
     mean = scores.mean + root * away / reports
     square = away**2 * (1.0 - n / reports)
     variance = scores.variance + (square - scores.variance) / slices[:, None]
     product = scores.product + (away * scores.last - scores.product) / slices[:, None]
     last = np.where(scores.slices[:, None] > 0.0, away, 0.0)  # the first one is away from nothing
+    suspected = (strengths(scores) > 0.0).any(axis=1, keepdims=True)
     return NoiseScores(
         np.where(there[:, 0], slices, scores.slices),
         np.where(there, reports, scores.reports[:, None])[:, 0],
@@ -77,8 +79,7 @@ def next_scores(
         np.where(there, product, scores.product),
         np.where(there, last, scores.last),
         np.where(ready[..., None], sums, scores.sums),
-        np.where(strengths(scores) > 0.0, RECENT, 0.0).max(axis=1, keepdims=True) * scores.recent
-        + ratio,
+        np.where(suspected, RECENT, 0.0) * scores.recent + ratio,
     )
 
 

@@ -96,11 +96,12 @@ def test_false_alarms_come_as_stated_though_the_law_does_not_fit(hung):
 def test_more_and_less_noise_are_found_and_their_factor_is_named():
     rng, threshold = np.random.default_rng(3), 10.0
     before, n = gaussian(rng, 60)
-    for noise, delay in ((1.5, 3), (0.7, 6), (2.0, 2)):
+    # less noise is a shift of three standard deviations, and may become usual before it is found
+    for noise, delay, found_of in ((1.5, 3, 0.97), (0.7, 6, 0.6), (2.0, 2, 0.97)):
         after, m = gaussian(rng, 20, noise)
         found = alarmed(np.concatenate([before, after]), np.concatenate([n, m]), threshold)
         first = {s: (k - 59, factor) for k, s, factor in reversed(found) if k >= 60}
-        assert len(first) > 0.97 * MODELS
+        assert len(first) > found_of * MODELS
         assert np.median([k for k, _ in first.values()]) <= delay
         # two slices: a standard deviation of six per cent, and neighbours on the grid
         assert np.mean([factor == noise for _, factor in first.values()]) > 0.8
