@@ -62,8 +62,8 @@ def next_scores(
     shifts = np.array(SHIFTS)
     gain = shifts * z[..., None] - 0.5 * shifts**2
     sums = np.logaddexp(0.0, scores.sums) + gain
-    # what is not usual must not become so at once; a shift of less than three standard deviations
-    # may, within minutes: where nothing is learned under suspicion, heights that hang together alarm
+    # what is not usual must not become so at once. A shift of less than three standard deviations
+    # may, in minutes: if nothing were learned under suspicion, heights that hang together alarmed
     away = np.where(ready, np.clip(away, -CLIP * spread, CLIP * spread), away)
     mean = scores.mean + root * away / reports
     square = away**2 * (1.0 - n / reports)

@@ -192,7 +192,8 @@ def cut(buffer: Buffer, setup: Setup, until: float) -> tuple[Slice, Buffer]:
         reached=buffer.reached[count:],
         ahead=buffer.ahead.only(~early),
     )
-    reports, repeated, late_kinds = None, 0, {}
+    reports, repeated = None, 0
+    late_kinds: dict[str, int] = {}
     if count:
         own = chosen(buffer.arrays, np.arange(count))
         own, late_kinds = counted(own, len(setup.sensors))
