@@ -239,13 +239,13 @@ def test_rarer_false_alarms_have_higher_thresholds_and_come_as_stated():
     variance = 1e-8 * PRIOR_SD**2
     covariance = steady(J, variance, PRIOR_SD**2, 360)
     kinds = kinds_of(10.0, PRIOR_SD)
-    rates = (4.0, 0.16)
+    rates = (8.0, 0.32)
     found = [
         change_threshold(J, covariance, kinds, (rate, 360.0), np.random.default_rng(0))
         for rate in rates
     ]
     assert found[1] - found[0] == pytest.approx(np.log(rates[0] / rates[1]), abs=1.0)
-    counts = [alarms_in(J, covariance, kinds, limit, hours=15) for limit in (found[0], 0.0)]
+    counts = [alarms_in(J, covariance, kinds, limit, hours=7.5) for limit in (found[0], 0.0)]
     # Poisson of mean 60 lies in here but once in 5000 times; the calibration itself has 7 per cent
     assert 30 < counts[0] < 98
     assert counts[1] > 150  # a threshold of one is no threshold
@@ -259,7 +259,7 @@ def alarms_in(J, covariance, kinds, limit, hours):
     root = vectors * np.sqrt(np.clip(values, 0.0, None))
     changes = [no_changes(P, P * WINDOW)] * 2
     count = 0
-    for number in range(hours * 360):
+    for number in range(round(hours * 360)):
         now = Slice(J, root @ rng.standard_normal(P * WINDOW), covariance)
         changes = [next_changes(c, now, number, k) for c, k in zip(changes, kinds, strict=True)]
         odds = tuple(log_odds(c, k.scale) for c, k in zip(changes, kinds, strict=True))
