@@ -38,6 +38,7 @@ from probreg.watch._filters import (
 from probreg.watch._intake import Intake, take_in
 from probreg.watch._refine import CLOSING, NEW_WEIGHT, NEWEST, Frame, Refined, refine
 from probreg.watch._scene import require_sensors
+from probreg.watch._usual import unsuspected
 from probreg.watch._watchdogs import louder, scaled
 from probreg.watch.results import Alarm, Counts, SliceResult
 from probreg.watch.state import Alarms, Filters, Noise, Tracks, WatchState
@@ -83,14 +84,16 @@ def advance(
     kinds = tuple(names[s] for s in state.scene.sensor.tolist())
     counts = sensor_counts(state, taken)
     heard = _listened(state.alarms, frame, filters, refined, clock, (names, kinds, counts))
+    raised = heard.raised
     if heard.step is None:
         found = belief(filters, *refined.information, state.theta.size)
         filters = weighed(filters, found.log_evidence)
     else:
         filters, refined, found = _after_step(frame, filters, refined, knots, (heard.step, clock))
+        size, sd = step_size(filters, refined, heard.step, clock.number - heard.step.begun)
+        raised = (replace(raised[0], size=size, sd=sd), *raised[1:])
     after = closed(state, frame, filters, refined, found)
     after = replace(after, alarms=heard.alarms, noise=_noisier(after.noise, heard))
-    raised = _measured(after, state, heard, clock)
     return after, _result(after, taken, _refused(refined), raised)
 
 
@@ -114,10 +117,10 @@ def _listened(
     silence = listen_silence(changes.alarms, counts, names, clock)
     raised = changes.raised + silence.raised
     if changes.raised:
-        afresh = np.full_like(alarms.noise, -np.inf)
-        return Heard(replace(silence.alarms, noise=afresh), raised, changes.step)
-    noise = listen_noise(silence.alarms, louder(frame, refined), kinds, clock)
-    return Heard(noise.alarms, raised + noise.raised, None, noise.louder)
+        noise = unsuspected(alarms.noise)
+        return Heard(replace(silence.alarms, noise=noise), raised, changes.step)
+    heard = listen_noise(silence.alarms, louder(frame, refined), kinds, clock)
+    return Heard(heard.alarms, raised + heard.raised, None, heard.louder)
 
 
 def _after_step(
@@ -169,17 +172,24 @@ def closed(
     )
 
 
-def _measured(
-    after: WatchState, before: WatchState, heard: Heard, clock: Clock
-) -> tuple[Alarm, ...]:
-    """Alarms; the size of a step is that which beliefs have taken, once they are free to."""
-    if heard.step is None:
-        return heard.raised
-    c, ago = heard.step.term, clock.number - heard.step.begun
-    knot = max(0, len(after.knots) - 2 - ago)
-    size = float(after.mean[c] - after.knots[knot, c])
-    sd = float(np.hypot(after.sd[c], before.sd[c]))
-    return (replace(heard.raised[0], size=size, sd=sd), *heard.raised[1:])
+def step_size(filters: Filters, refined: Refined, step: Found, ago: int) -> tuple[float, float]:
+    """Size of a step and its standard deviation, once beliefs are free to follow it.
+
+    Beliefs grow linearly through the slice of the step, and their end is fitted to its reports and
+    those of the `ago` slices since: to a step at a share u of the slice they give
+    ((1 - u^2) / 2 + ago) / (1 / 3 + ago) times its size. Over a uniform u that has mean one and
+    variance (1 / 45) / (1 / 3 + ago)^2.
+    """
+    mean, covariance = whole_belief(filters, *refined.information)
+    p = filters.step.shape[2]
+    newest = len(mean) - p + step.term
+    before = newest - (ago + 1) * p
+    if before < 0:
+        return step.size, step.sd
+    size = float(mean[newest] - mean[before])
+    both = covariance[np.ix_([newest, before], [newest, before])]
+    moment = size**2 / 45.0 / (1.0 / 3.0 + ago) ** 2
+    return size, float(np.sqrt(both[0, 0] + both[1, 1] - 2.0 * both[0, 1] + moment))
 
 
 def _noisier(noise: Noise, heard: Heard) -> Noise:

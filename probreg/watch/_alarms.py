@@ -21,13 +21,15 @@ from probreg.watch._changes import (
     next_changes,
     no_changes,
 )
-from probreg.watch._watchdogs import (
-    FACTORS,
-    by_model,
-    quieter,
-    shares_of,
-    shiryaev_roberts,
+from probreg.watch._usual import (
+    fade_of,
+    forgotten,
+    next_scores,
+    no_scores,
+    noise_threshold,
+    strengths,
 )
+from probreg.watch._watchdogs import COMPARED, FACTORS, quieter, shares_of, shiryaev_roberts
 from probreg.watch.results import Alarm
 from probreg.watch.settings import WatchSettings
 from probreg.watch.state import Alarms
@@ -79,7 +81,7 @@ def first_alarms(models: int, sensors: int, p: int, C: int) -> Alarms:
     return Alarms(
         no_changes(p, C),
         no_changes(p, C),
-        np.full((models, len(FACTORS)), -np.inf),
+        no_scores(models, len(FACTORS)),
         np.zeros(sensors),
         np.full(sensors, -np.inf),
         np.full(3, np.inf),
@@ -103,11 +105,11 @@ def calibrated(
     rates = settings.false_alarms_per_day / DAY_H * np.array(PARTS)
     kinds = kinds_of(settings.slice_s, np.sqrt(prior))
     change = change_threshold(J, covariance, kinds, (float(rates[CHANGE]), per_hour), rng)
-    # of the sums of the others the mean time to a false alarm is at least the threshold
-    others = [
-        np.log(per_hour * n / rates[k]) for k, n in zip((NOISE, SILENCE), groups, strict=True)
-    ]
-    return np.array([change, *others])
+    models, sensors = groups
+    rare = float(rates[NOISE]) / per_hour / (2 * models)  # less and more noise of every model
+    noise = noise_threshold(rare, fade_of(settings.slice_s), rng)
+    # of this sum the mean time to a false alarm is at least the threshold
+    return np.array([change, noise, np.log(per_hour * sensors / rates[SILENCE])])
 
 
 def listen_changes(alarms: Alarms, now: Slice, clock: Clock, bias: BiasModel) -> Heard:
@@ -135,21 +137,29 @@ def _alarm(kind: str, found: Found, strength: float, clock: Clock, bias: BiasMod
     return Alarm(kind, sensor, term, clock.start(found.begun), found.size, found.sd, score)
 
 
-def listen_noise(alarms: Alarms, ratio: FloatArray, names: tuple[str, ...], clock: Clock) -> Heard:
-    """Noise of sensor models, `names` by their sensors, that no longer fits."""
-    sums = shiryaev_roberts(alarms.noise, ratio)
-    # a step looks like noise at first: two slices must say so
-    strength = np.minimum(by_model(sums), by_model(alarms.noise)) - alarms.thresholds[NOISE]
-    raised, changed = [], []
-    for s in np.flatnonzero(strength > 0.0).tolist():
-        factor = float(FACTORS[int(np.argmax(sums[s]))])
-        score = float(np.exp(min(strength[s], 500.0)))
-        raised.append(
-            Alarm("noise", names[s], "", clock.start(clock.number), factor, np.nan, score)
-        )
+def listen_noise(
+    alarms: Alarms,
+    ratios: tuple[FloatArray, IntArray],
+    names: tuple[str, ...],
+    clock: Clock,
+) -> Heard:
+    """Noise of sensor models, `names` by their sensors, that is no longer what it was.
+
+    `ratios` are log likelihood ratios by factor, and the reports of each model.
+    """
+    scores = next_scores(alarms.noise, *ratios, COMPARED, fade_of(clock.slice_s))
+    strength = strengths(scores) - alarms.thresholds[NOISE]
+    loud, raised, changed = strength > 0.0, [], []
+    for s in np.flatnonzero(loud.any(axis=1)).tolist():
+        more = bool(strength[s, 1] >= strength[s, 0])
+        own = (np.array(FACTORS) > 1.0) == more
+        factor = float(FACTORS[int(np.argmax(np.where(own, scores.recent[s], -np.inf)))])
+        score = float(np.exp(min(strength[s].max(), 500.0)))
+        start = clock.start(clock.number)
+        raised.append(Alarm("noise", names[s], "", start, factor, np.nan, score))
         changed.append((s, factor))
-        sums[s] = -np.inf
-    return Heard(replace(alarms, noise=sums), tuple(raised), None, tuple(changed))
+    scores = forgotten(scores, loud.any(axis=1))
+    return Heard(replace(alarms, noise=scores), tuple(raised), None, tuple(changed))
 
 
 def listen_silence(alarms: Alarms, counts: IntArray, names: tuple[str, ...], clock: Clock) -> Heard:

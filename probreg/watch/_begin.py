@@ -23,6 +23,8 @@ from probreg.watch._scene import labels_of, scene_of
 from probreg.watch.settings import WatchSettings
 from probreg.watch.state import Noise, OpenReports, Tracks, WatchState
 
+EDGE = 1e-9  # of a slice, by which rounding may put a stamp beyond its end
+
 
 def begin(
     recording: Recording, setup: Setup, settings: WatchSettings, rng: np.random.Generator
@@ -52,7 +54,8 @@ def begin_with(problem: RecordingProblem, fit: TrackFit, settings: WatchSettings
     """Begin a watch where a fit of the first minutes ends, without alarms."""
     model, scene = fit.model, scene_of(problem.setup, problem.kinds, fit.model.start_sd)
     time, p = problem.recording.time, fit.theta.size
-    slices = max(1, int(np.ceil((time[-1] - time[0]) / settings.slice_s)))
+    # a last stamp on the edge of a slice is of that slice
+    slices = max(1, int(np.ceil((time[-1] - time[0]) / settings.slice_s - EDGE)))
     sensors, models = len(problem.setup.sensors), len(model.reports.models)
     state = WatchState(
         setup=problem.setup,

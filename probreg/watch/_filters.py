@@ -21,6 +21,9 @@ from probreg.watch.state import Filters
 # of a walk in prior standard deviations a root minute, beside the constant: half the prior
 SLOWEST, RATIO, LEVELS = 5e-4, 2.1, 9
 PAST = 180  # slices whose evidence is remembered
+# of the variance of a step that an alarm has widened: linear through its slice, beliefs take it
+# too far or not far enough, by (1 / 45) / (1 / 3)^2 of its square
+SETTLING = 0.2
 HOUR_S, MINUTE_S = 3600.0, 60.0
 
 
@@ -100,7 +103,15 @@ def step_variances(filters: Filters, variance: FloatArray) -> FloatArray:
 def next_knot(filters: Filters, variance: FloatArray) -> Filters:
     """The oldest knot is integrated out and a new one is one step ahead."""
     p = filters.step.shape[2]
-    return _with_knot(_without_oldest(filters, p), step_variances(filters, variance))
+    step = step_variances(filters, variance) + _settling(filters, variance)
+    return _with_knot(_without_oldest(filters, p), step)
+
+
+def _settling(filters: Filters, variance: FloatArray) -> FloatArray:
+    """More variance (F, p) in the step after one that was widened."""
+    most = variance.max(axis=0) * (1.0 + 1e-9)
+    beyond = np.maximum(filters.step[:, -1] - most, 0.0)
+    return np.asarray(np.where(filters.step[:, -2] <= most, SETTLING * beyond, 0.0))
 
 
 def _without_oldest(filters: Filters, p: int) -> Filters:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from probreg.noise import ScaleMixture
 from probreg.posterior.tracks import Point, judge
@@ -13,17 +12,20 @@ from probreg.typing import FloatArray, IntArray
 from probreg.watch._refine import NEWEST, Frame, Refined
 
 FACTORS = (0.5, 0.7, 1.25, 1.5, 2.0, 3.0)  # on the noise of a sensor
+COMPARED = (1, 2)  # of these, whose scores say whether there is less or more
 ALMOST = 0.05  # share of its usual reports that a silent sensor still gives
-TEMPER = 0.5  # residuals of neighbours hang together: their ratios count half
 REMEMBER = 0.98  # of the expected shares of sensors, from slice to slice
 
 
-def louder(frame: Frame, refined: Refined) -> FloatArray:
-    """Log likelihood ratio (models, factors) of more noise, by the reports of the newest slice."""
+def louder(frame: Frame, refined: Refined) -> tuple[FloatArray, IntArray]:
+    """Log likelihood ratios (models, factors) of more noise, by the reports of the newest slice.
+
+    And how many reports (models,) these are.
+    """
     noise = frame.noise
     found = np.zeros((len(noise.laws), len(FACTORS)))
     if refined.tangent is None or refined.judged is None:
-        return found
+        return found, np.zeros(len(noise.laws), dtype=np.int64)
     assert refined.smoothed is not None
     assert refined.weights is not None
     at, model = refined.tangent.at, refined.tangent.model
@@ -35,7 +37,7 @@ def louder(frame: Frame, refined: Refined) -> FloatArray:
         there = judge(model, point, refined.smoothed).log_density[newest]
         ratio = there - refined.judged.log_density[newest]
         found[:, k] = np.bincount(kind, ratio, minlength=len(noise.laws))
-    return TEMPER * found
+    return found, np.bincount(kind, minlength=len(noise.laws))
 
 
 def scaled(law: ScaleMixture, factor: float) -> ScaleMixture:
@@ -46,11 +48,6 @@ def scaled(law: ScaleMixture, factor: float) -> ScaleMixture:
 def shiryaev_roberts(log_sum: FloatArray, log_ratio: FloatArray) -> FloatArray:
     """Log of (1 + R) ratio: its mean time to a false alarm is at least its threshold."""
     return np.asarray(np.logaddexp(0.0, log_sum) + log_ratio)
-
-
-def by_model(noise: FloatArray) -> FloatArray:
-    """Log evidence (models,) of more noise, the mean over factors."""
-    return np.asarray(logsumexp(noise, axis=1) - np.log(noise.shape[1]))
 
 
 def quieter(counts: IntArray, expected: FloatArray) -> FloatArray:

@@ -35,6 +35,8 @@ class Going:
         Bytes.
     wrong : tuple of str
         Sensors whose clocks are wrong.
+    late_kinds : tuple of str
+        Kinds of reports that have appeared since the first minutes.
     past : History
     """
 
@@ -44,6 +46,7 @@ class Going:
     position: Position = field(default_factory=Position)
     journal: int = 0
     wrong: tuple[str, ...] = ()
+    late_kinds: tuple[str, ...] = ()
     past: History = field(default_factory=History)
 
 
@@ -61,6 +64,7 @@ def save(task: Task, going: Going) -> None:
         "position": going.position.to_json(),
         "journal": going.journal,
         "wrong": going.wrong,
+        "late_kinds": going.late_kinds,
         "alarms": going.past.alarms,
     }
     state_file.write(task.folder / STATE, arrays, words)
@@ -89,6 +93,7 @@ def resumed(task: Task) -> Going:
         Position.from_json(words["position"]),
         words["journal"],
         tuple(words["wrong"]),
+        tuple(words["late_kinds"]),
         history.from_arrays(_own(arrays, "past"), tuple(words["alarms"])),
     )
 

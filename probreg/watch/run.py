@@ -145,7 +145,9 @@ def _slice(task: Task, going: Going, *, flush: bool) -> tuple[Going, dict[str, A
     line = _line(result.to_json(), found, going, told)
     length = journal.append(task.folder / JOURNAL, going.journal, line)
     past = with_line(going.past, line)
-    going = replace(going, state=state, buffer=buffer, journal=length, wrong=told.wrong, past=past)
+    late_kinds = (*going.late_kinds, *_new_kinds(found, going))
+    going = replace(going, state=state, buffer=buffer, journal=length, past=past,
+                    wrong=told.wrong, late_kinds=late_kinds)  # fmt: skip
     return going, line
 
 
@@ -159,7 +161,21 @@ def _line(
         "ahead": {name: n for name, n in zip(names, ahead, strict=True) if n},
         "repeated": found.repeated,
     }
-    return {**told, "alarms": [*told["alarms"], *of_clocks.alarms], "left_out": left_out}
+    line = {**told, "alarms": [*told["alarms"], *of_clocks.alarms], "left_out": left_out}
+    if found.late_kinds:
+        count = told["reports"].get("unplaced", 0) + sum(found.late_kinds.values())
+        line["reports"] = {**told["reports"], "unplaced": count}
+    notes = [
+        f"reports of a {kind} have appeared, of which there were none in the first minutes: they "
+        "are counted as unplaced. To use them, begin afresh with minutes that have some."
+        for kind in _new_kinds(found, going)
+    ]
+    return {**line, "notes": notes} if notes else line
+
+
+def _new_kinds(found: Slice, going: Going) -> list[str]:
+    """Kinds of reports that appear for the first time."""
+    return [kind for kind in found.late_kinds if kind not in going.late_kinds]
 
 
 def _begun(task: Task, going: Going, flush: bool) -> tuple[Going, None] | None:
@@ -174,10 +190,12 @@ def _begun(task: Task, going: Going, flush: bool) -> tuple[Going, None] | None:
         return None
     found, buffer = growing.cut(going.buffer, going.setup, np.inf if end is None else end)
     assert found.reports is not None
-    growing.check_start(found.reports, trust_units=task.trust_units)
+    setup, reports, rest = growing.settled(task.setup, going.setup, found.reports, buffer.arrays)
+    going, buffer = replace(going, setup=setup), replace(buffer, arrays=rest)
+    growing.check_start(reports, trust_units=task.trust_units)
     rng = np.random.default_rng(task.seed)
-    state = task.engine.begin(found.reports, going.setup, task.settings, rng)
-    line = _first_line(state, found.reports, going)
+    state = task.engine.begin(reports, setup, task.settings, rng)
+    line = _first_line(state, reports, going)
     length = journal.append(task.folder / JOURNAL, 0, line)
     return replace(going, state=state, buffer=buffer, journal=length), None
 

@@ -17,7 +17,7 @@ from probreg.watch._scene import scene_of
 from probreg.watch.settings import WatchSettings
 from probreg.watch.state import WatchState
 
-VERSION = 1
+VERSION = 2
 _GIVEN = ("setup", "settings", "scene")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from probreg.watch._filters import whole_belief
 from probreg.watch.results import SliceResult
 from probreg.watch.state import Filters, WatchState
 
+EDGE = 1e-9  # of a slice, by which rounding may put a stamp beyond its end
 LEAST_SHARE = 1e-9  # of the most that a slice says, below which a direction is not seen
 
 
@@ -67,16 +69,20 @@ def sliced(state: WatchState, recording: Recording, walk: FloatArray) -> SlicedR
     settings, results = state.settings, []
     told: list[tuple[_Told, _Told]] = []
     middles: list[float] = []
-    bounds = np.arange(state.time, recording.time[-1], settings.slice_s) + settings.slice_s
-    if len(bounds) < 2:
+    last = float(recording.time[-1])
+    count = int(np.ceil((last - state.time) / settings.slice_s - EDGE))
+    if count < 2:
         raise InvalidInputError(
             f"the recording ends at {recording.time[-1]:g}, less than two slices after "
             f"{state.time:g}."
         )
     closing = settings.window - settings.open_slices
-    for _ in bounds:
-        begun, end = next_slice(state)[1], state.time + settings.slice_s
-        reports = recording.during(state.time, end)
+    # one number an edge, or a stamp on it would come twice or never
+    edges = state.origin + (state.slices + np.arange(count + 1)) * settings.slice_s
+    edges[-1] = max(edges[-1], last)
+    for start, end in pairwise(edges.tolist()):
+        begun = next_slice(state)[1]
+        reports = recording.during(start, end)
         state, result = advance(state, reports if len(reports) else None, end)
         results.append(result)
         before = _at(begun, closing, state.theta)

@@ -141,14 +141,44 @@ class Changes:
 
 
 @dataclass(frozen=True, eq=False)
+class NoiseScores:
+    """What is usual of the scores of less and of more noise, and evidence that they have shifted.
+
+    Attributes
+    ----------
+    slices, reports : ndarray, shape (models,)
+        From which it is learned, faded.
+    mean : ndarray, shape (models, 2)
+        Of the score of one report.
+    variance, product : ndarray, shape (models, 2)
+        Of what a slice's score is away from its mean, over the root of its reports; and with that
+        of the slice before.
+    last : ndarray, shape (models, 2)
+        What the last slice was away.
+    sums : ndarray, shape (models, 2, shifts)
+        Log of Shiryaev-Roberts sums.
+    recent : ndarray, shape (models, factors)
+        Log likelihood ratios since there is evidence of a shift, faded.
+    """
+
+    slices: FloatArray
+    reports: FloatArray
+    mean: FloatArray
+    variance: FloatArray
+    product: FloatArray
+    last: FloatArray
+    sums: FloatArray
+    recent: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Alarms:
     """What alarms remember, and their thresholds.
 
     Attributes
     ----------
     steps, ramps : Changes
-    noise : ndarray, shape (models, factors)
-        Log evidence of more noise.
+    noise : NoiseScores
     expected : ndarray, shape (sensors,)
         Of each sensor's reports as a share of all.
     silent : ndarray, shape (sensors,)
@@ -159,7 +189,7 @@ class Alarms:
 
     steps: Changes
     ramps: Changes
-    noise: FloatArray
+    noise: NoiseScores
     expected: FloatArray
     silent: FloatArray
     thresholds: FloatArray

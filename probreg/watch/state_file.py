@@ -21,7 +21,7 @@ from probreg.errors import InvalidInputError
 from probreg.recordings import Setup, setup_file
 from probreg.recordings.files import replacing
 
-FORMAT = 1
+FORMAT = 2
 WORDS = "words"
 MOST = 5  # differences that are named
 

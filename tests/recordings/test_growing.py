@@ -15,7 +15,7 @@ from probreg import recordings
 from probreg.errors import InvalidInputError
 from probreg.recordings import Setup, growing, setup_file, table
 from probreg.recordings._arrivals import joined
-from probreg.recordings.growing import GrowingInput, Position, follow
+from probreg.recordings.growing import Buffer, GrowingInput, Position, arrive, cut, follow
 from probreg.scenarios.demonstration import demonstration
 from probreg.scenarios.traffic import TrafficScene
 from probreg.sensors import Radar2D
@@ -271,8 +271,22 @@ def test_heights_come_with_the_plot_they_stand_beside(tmp_path):
     assert part.arrays["sensor"].tolist() == [0, 1, 2, 0, 2, 1, 0, 2, 1, 2, 0, 1, 2, 0, 2]
     beside = part.arrays["beside"]
     np.testing.assert_array_equal(part.arrays["time"][beside], part.arrays["time"])
-    with pytest.raises(InvalidInputError, match="reports of a barometer, of which there were none"):
-        drain(follow(tmp_path / "r.csv"), Position(), setup, fixed=True)
+
+
+def test_heights_that_appear_late_are_counted_and_left_out(tmp_path):
+    setup = heights(tmp_path, 7000.0)
+    found, _, _ = drain(follow(tmp_path / "r.csv"), Position(), setup, fixed=True)
+    buffer = Buffer()
+    for part in found:
+        assert part.setup is setup
+        buffer = arrive(buffer, part)
+    first, buffer = cut(buffer, setup, 4.0)
+    second, buffer = cut(buffer, setup, 10.0)
+    assert len(buffer) == 0
+    assert [one.late_kinds for one in (first, second)] == [{"barometer": 3}, {"barometer": 3}]
+    both = [one.reports for one in (first, second)]
+    assert [time for one in both for time in one.time] == list(range(9))
+    assert all(one.sensors == setup.sensors for one in both)
 
 
 @pytest.fixture

@@ -85,9 +85,11 @@ def followed(recording, setup, name, truth, rng):
     """Errors and standard deviations (slices,) of a watch, degrees."""
     state = begin(recording.during(-np.inf, FIRST_S), setup, WatchSettings(), rng)
     away, sd, k = [], [], state.names.index(name)
+    start = state.time
     while state.time < recording.time[-1]:
-        end = state.time + state.settings.slice_s
-        state, result = advance(state, recording.during(state.time, end), end)
+        end = start + state.settings.slice_s
+        state, result = advance(state, recording.during(start, end), end)
+        start = end
         away.append(np.rad2deg(result.mean[k]) - truth(end - 0.5 * state.settings.slice_s))
         sd.append(np.rad2deg(result.sd[k]))
     return np.array(away), np.array(sd)

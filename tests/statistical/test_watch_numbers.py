@@ -134,6 +134,56 @@ def test_steps_are_found_soon(size, limit_s):
     assert np.median(delays) <= limit_s
 
 
+def test_sound_noise_raises_no_more_alarms_than_stated_and_more_noise_is_found_soon():
+    """Twenty recordings of 20 minutes, and five whose second radar becomes half as noisy again."""
+    alarms, hours, delays = 0, 0.0, []
+    for seed in range(25):
+        louder = seed >= 20
+        recording, setup, _ = draw(100 + seed, reports=18_000 if louder else 27_000, **DIRTY)
+        change, values = recording.time[0] + 600.0, recording.values.copy()
+        rng = np.random.default_rng(seed)
+        if louder:
+            own = (recording.sensor == 1) & (recording.time > change)
+            more = np.sqrt(1.5**2 - 1.0) * recording.sensors[1].sigmas
+            values[own, :2] += more * rng.standard_normal((own.sum(), 2))
+        state = begin(up_to(recording, START_S), setup, WatchSettings(), rng)
+        _, results = watched(replace(recording, values=values), state)
+        noise = [
+            (r.time - change, a.sensor) for r in results for a in r.alarms if a.kind == "noise"
+        ]
+        if louder:
+            delays.append(min([d for d, s in noise if s == "radar2" and d > 0.0], default=np.inf))
+        else:
+            alarms, hours = alarms + len(noise), hours + len(results) / 360.0
+    assert alarms <= poisson.ppf(0.999, 0.2 * hours / 24.0)  # a fifth of one a day
+    assert np.median(delays) <= 30.0
+
+
+def test_sizes_of_steps_are_as_far_off_as_they_say():
+    new, old = [], []
+    for seed in range(4):
+        recording, setup, _ = draw(40 + seed, reports=9_000, **DIRTY)
+        start = begin(up_to(recording, 200.0), setup, WatchSettings(), np.random.default_rng(0))
+        rng = np.random.default_rng(seed)
+        for step in np.deg2rad([1.0, 0.3, 0.1]):
+            change = recording.time[0] + 300.0 + rng.uniform(0.0, 10.0)
+            values = recording.values.copy()
+            values[(recording.sensor == 1) & (recording.time > change), 1] += step
+            state, found = start, []
+            for reports, until in in_slices(replace(recording, values=values), start, change + 40):
+                before, (state, result) = state, advance(state, reports, until)
+                own = [a for a in result.alarms if a.kind == "step" and a.sensor == "radar2"]
+                found += own
+                if own:
+                    c = result.names.index("radar2.azimuth")
+                    old.append((own[0].size - step) / np.hypot(state.sd[c], before.sd[c]))
+            assert len(found) == 1  # a second one would take back what the first was too large
+            new.append((found[0].size - step) / found[0].sd)
+    assert np.sqrt(np.mean(np.square(new))) < 2.0
+    # the control: beliefs after and before know nothing of the moment within the slice
+    assert np.sqrt(np.mean(np.square(old))) > 4.0
+
+
 def test_memory_stays_bounded():
     recording, setup, _ = draw(5, reports=40_000, **DIRTY)
     state = begun(recording, setup, WatchSettings(), START_S, dirty=True)

@@ -12,7 +12,7 @@ from probreg.errors import InvalidInputError
 from probreg.motion.tracks import merged
 from probreg.recordings import Setup
 from probreg.watch import WatchSettings, _close, advance, from_arrays, to_arrays
-from tests.watch.watched import EDGE_S, batch, begun, cut, draw, in_slices, up_to, watched
+from tests.watch.watched import batch, begun, cut, draw, in_slices, up_to, watched
 
 CONSTANT = WatchSettings(drift=False, floor=1e-5)
 REPORTS, LASTS_S = 6_000, 250.0
@@ -111,10 +111,11 @@ def test_late_reports_are_used_and_later_ones_counted(scene, last):
     end = recording.time[0] + LASTS_S
     late = (recording.sensor == 2) & (np.arange(len(recording)) % 2 == 0)
     parts = list(in_slices(recording, state, end))
-    kept, counted = state, 0
+    kept, counted, before = state, 0, -np.inf
     for _, until in parts:
         due = recording.time + np.where(late, 15.0, 0.0)
-        rows = (due > until - 10.0) & (due <= until) & (recording.time > state.time + EDGE_S)
+        rows = (due > before) & (due <= until) & (recording.time > state.time)
+        before = until
         kept, result = advance(kept, cut(recording, rows), until)
         counted += result.counts.late
     assert counted == 0

@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 from probreg.errors import InvalidInputError
-from probreg.recordings.growing import GrowingInput
+from probreg.recordings import Setup
+from probreg.recordings.growing import GrowingInput, follow
 from probreg.scenarios.demonstration import demonstration
 from probreg.scenarios.traffic import TrafficScene
+from probreg.sensors import Radar2D
 from probreg.watch import going, journal, run, state_file
 from probreg.watch.run import watch
-from probreg.watch.task import Clock, Ends, Talk
+from probreg.watch.task import Clock, Ends, Talk, Task
 from tests.watch import mean_engine
 from tests.watch.kill_often import task
 
@@ -249,7 +251,7 @@ def test_a_state_of_another_watch_is_refused_and_left(work, name):
 
 @pytest.mark.parametrize(
     ("facts", "words"),
-    [({"FORMAT": 99}, "format was 1, and is 99"), ({}, 'probreg was ".*", and is "9.9"')],
+    [({"FORMAT": 99}, "format was 2, and is 99"), ({}, 'probreg was ".*", and is "9.9"')],
 )
 def test_a_state_of_another_version_is_refused(work, monkeypatch, facts, words):
     list(itertools.islice(watch(task(work, work / "reports.csv", "out")), 2))
@@ -393,3 +395,41 @@ def test_a_clock_that_jumps_is_an_alarm_once(work, shift):
     assert 80.0 < alarm["time"] < 101.0
     left = sum(line["left_out"]["ahead"].get("radar2", 0) for line in told[1:])
     assert left == (len(wrong) if shift > 0 else 0)
+
+
+@pytest.mark.parametrize("piece_bytes", [500, 1 << 20])
+def test_heights_that_appear_late_are_counted_with_one_note(tmp_path, monkeypatch, piece_bytes):
+    """Whether the watch began before they were read, or after."""
+    monkeypatch.setattr("probreg.recordings.formats.csv.Csv.piece_bytes", piece_bytes)
+    rows = ["time_s,sensor,target,range_m,azimuth_deg,pressure_altitude_m"]
+    for k in range(200):
+        height = 9000.0 if k > 120 else ""
+        rows.append(f"{0.5 * k},{'ab'[k % 2]},t{k % 4 // 2},{9e4 + 3 * k},{10 + 0.01 * k},{height}")
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join(rows) + "\n")
+    radars = tuple(Radar2D((x, 0.0), 20.0, 2e-3, name) for x, name in ((0.0, "a"), (9e3, "b")))
+    setup = Setup(radars, {"a": ("range",)}, origin=(50.0, 8.0, 0.0), geodetic=frozenset())
+    settings, ends = mean_engine.MeanSettings(), Ends(patience_s=0.0)
+    told = []
+    for out in ("whole", "cut"):
+        (tmp_path / out).mkdir()
+        job = Task(follow(path), setup, tmp_path / out, mean_engine, settings, 40.0, ends=ends)
+        for _ in range(100):  # the second one is ended after every slice
+            steps = watch(job)
+            for _ in steps:
+                if out == "cut":
+                    break
+            else:
+                break
+            steps.close()
+        told.append(lines(tmp_path / out))
+    assert told[0] == told[1]
+    first, *rest = told[0]
+    assert list(first["biases"]) == ["a.range"]
+    late = [line["reports"].get("unplaced", 0) for line in rest]
+    assert sum(late) == 79
+    assert late[:2] == [0, 0]
+    noted = [line for line in rest if "notes" in line]
+    assert [line["notes"][0].split(" have")[0] for line in noted] == ["reports of a barometer"]
+    assert noted[0]["time"] == 70.0
+    assert first["start"]["reports"] + sum(line["reports"]["used"] for line in rest) == 200

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -62,6 +63,23 @@ def test_every_slice_is_a_scan_at_its_middle():
     # a slice closes a lag after it was new
     np.testing.assert_allclose(seen.model.time, ends - 55.0)
     assert sum(result.counts.used for result in seen.results) == (recording.time > state.time).sum()
+
+
+def test_stamps_on_the_edges_of_slices_come_once():
+    state, recording, _, _ = watched(0.3, WatchSettings(), 0.05)
+    edges = state.origin + (state.slices + np.arange(4)) * state.settings.slice_s
+    # as neighbours in floating point: a stamp may be an edge, or just beside it
+    near = np.concatenate([edges[:-1], np.nextafter(edges[1:], 0.0), edges[1:],
+                           np.nextafter(edges[1:-1], np.inf)])  # fmt: skip
+    rows = np.searchsorted(recording.time, state.time) + np.arange(len(near))
+    moved = replace(recording, **{
+        name: getattr(recording, name)[rows] for name in ("sensor", "values", "target")
+    }, time=np.sort(near))  # fmt: skip
+    seen = sliced(state, moved, np.ones(6))
+    used = [result.counts.used + result.counts.unplaced for result in seen.results]
+    assert len(used) == 3
+    # one stamp is that of the state itself: it is of the first minutes
+    assert sum(used) == len(near) - 1
 
 
 def test_a_recording_that_has_ended_is_refused():

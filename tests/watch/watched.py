@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from probreg.scenarios.traffic import TrafficScene, simulate
 from probreg.watch import advance
 from probreg.watch._begin import begin_with
 
-EDGE_S = 1e-7
 DIRTY = {"wrong_share": 0.2, "outlier_share": 0.05}
 
 
@@ -36,7 +36,7 @@ def cut(recording, rows):
 
 def up_to(recording, seconds):
     """Of the first so many seconds."""
-    return cut(recording, recording.time <= recording.time[0] + seconds + EDGE_S)
+    return recording.during(-np.inf, recording.time[0] + seconds)
 
 
 def batch(recording, setup, dirty=False):
@@ -64,13 +64,13 @@ def begun(recording, setup, settings, seconds=120.0, dirty=False):
 
 def in_slices(recording, state, end=np.inf):
     """What comes in each slice after a state, and when the slice ends."""
-    until = state.time + state.settings.slice_s
+    last = min(end, recording.time[-1])
+    count = int((last - state.time) / state.settings.slice_s + 1e-9)
     # antennas turn in whole seconds: a report may stand on the edge of a slice
-    low = int(np.searchsorted(recording.time, state.time + EDGE_S))
-    while until <= min(end, recording.time[-1]):
-        high = int(np.searchsorted(recording.time, until + EDGE_S))
-        yield (cut(recording, np.arange(low, high)) if high > low else None), until
-        low, until = high, until + state.settings.slice_s
+    edges = state.origin + (state.slices + np.arange(count + 1)) * state.settings.slice_s
+    for start, until in pairwise(edges.tolist()):
+        reports = recording.during(start, until)
+        yield (reports if len(reports) else None), until
 
 
 def watched(recording, state, end=np.inf):

@@ -13,6 +13,7 @@ from probreg.recordings._arrivals import Arrivals
 from probreg.recordings.growing._completed import completed, said
 from probreg.recordings.growing._files import GrowingFile, GrowingFolder
 from probreg.recordings.growing._input import GrowingInput
+from probreg.recordings.growing._late_kinds import settled
 from probreg.recordings.growing._look import Look, Source
 from probreg.recordings.growing._position import Position
 from probreg.recordings.growing._slices import Ahead, Buffer, Slice, arrive, complete, cut
@@ -36,6 +37,7 @@ __all__ = [
     "cut",
     "follow",
     "said",
+    "settled",
 ]
 
 

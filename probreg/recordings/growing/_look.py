@@ -9,6 +9,7 @@ from probreg.errors import InvalidInputError
 from probreg.recordings._arrivals import Arrivals, Piece
 from probreg.recordings._setup import Setup
 from probreg.recordings.formats import InPieces, choose, known_formats
+from probreg.recordings.growing._late_kinds import with_fixed
 from probreg.recordings.growing._position import (
     BEGINNING_BYTES,
     UNSEEN,
@@ -51,7 +52,8 @@ class Source(Protocol):
         setup : Setup
             Of the last arrivals.
         fixed : bool
-            Whether sensors and their places stay as they are.
+            Whether sensors and their places stay as they are; reports of a kind that is new are
+            then numbered beyond the sensors, and `cut` counts them.
 
         Raises
         ------
@@ -127,7 +129,7 @@ def taken(
     Raises
     ------
     InvalidInputError
-        Other columns than those of the first file, sensors that were not there at first.
+        Other columns than those of the first file.
     """
     arrivals = form.arrivals(piece, setup, fixed=fixed)
     if arrivals is None:
@@ -137,12 +139,8 @@ def taken(
             f"{piece.path} has the columns {', '.join(arrivals.columns)}; the recording began "
             f"with {', '.join(position.columns)}. Every file must have the same."
         )
-    if fixed and len(arrivals.setup.sensors) > len(setup.sensors):
-        new = arrivals.setup.sensors[len(setup.sensors)]
-        raise InvalidInputError(
-            f"{piece.path} has reports of a {new.kind.name}, of which there were none when the "
-            f"watch began. Give the setup a [[sensor]] of this kind and begin afresh."
-        )
+    if fixed:
+        arrivals = with_fixed(arrivals, setup)
     last = float(arrivals.arrays["time"][-1])
     return arrivals, Position(position.files, arrivals.columns or position.columns, last)
 

@@ -13,6 +13,7 @@ from probreg.recordings._arrivals import Arrivals, chosen, in_time, joined
 from probreg.recordings._recording import UNKNOWN, Recording
 from probreg.recordings._setup import Setup
 from probreg.recordings.checks import repetitions
+from probreg.recordings.growing._late_kinds import counted
 from probreg.typing import BoolArray, FloatArray, IntArray
 
 AHEAD_S = 600.0  # of the latest time, beyond which a time stamp alone is not believed
@@ -114,12 +115,15 @@ class Slice(NamedTuple):
         Reports that were left out.
     repeated : int
         Reports that were left out as they repeat another.
+    late_kinds : dict of str to int
+        Reports left out as nothing of their kind was there in the first minutes, by kind.
     """
 
     reports: Recording | None
     until: float
     ahead: Ahead
     repeated: int
+    late_kinds: dict[str, int]
 
 
 def arrive(buffer: Buffer, arrivals: Arrivals) -> Buffer:
@@ -189,13 +193,16 @@ def cut(buffer: Buffer, setup: Setup, until: float) -> tuple[Slice, Buffer]:
         ahead=buffer.ahead.only(~early),
     )
     reports, repeated = None, 0
+    late_kinds: dict[str, int] = {}
     if count:
-        arrays, labels = _labelled(chosen(buffer.arrays, np.arange(count)), buffer.labels)
+        own = chosen(buffer.arrays, np.arange(count))
+        own, late_kinds = counted(own, len(setup.sensors))
+        arrays, labels = _labelled(own, buffer.labels)
         reports, repeated = _once(in_time(setup, arrays, labels), setup)
     if rest.arrays:
         arrays, labels = _labelled(rest.arrays, buffer.labels)
         rest = dataclasses.replace(rest, arrays=arrays, labels=labels)
-    return Slice(reports, until, buffer.ahead.only(early), repeated), rest
+    return Slice(reports, until, buffer.ahead.only(early), repeated, late_kinds), rest
 
 
 def _labelled(
