@@ -118,7 +118,8 @@ def test_an_unknown_figure_names_the_nearest_and_all_known(tmp_path):
     assert done.returncode == 1
     assert "Did you mean 'ralad_fig" in done.stderr
     known = done.stderr.split("Known: ")[1].rstrip(".\n").split(", ")
-    assert known == sorted(set(PAPER + PASSIVE + BAYES + MH + autoferry.FIGURES))
+    elsewhere = autoferry.FIGURES + recording_drift.FIGURES
+    assert known == sorted(set(PAPER + PASSIVE + BAYES + MH + elsewhere))
     assert not (tmp_path / "out").exists()
 
 

@@ -14,10 +14,11 @@ from probreg.recordings._setup import Setup
 from probreg.recordings._stream import Batches, Change, RowName
 from probreg.recordings._table import ROW_LIMIT, read_piece, read_table
 from probreg.recordings._table_reading import TableReading
+from probreg.recordings.formats._format import RecordingFormat
 from probreg.recordings.formats._in_pieces import InPieces
 
 
-class TableFormat(InPieces):
+class TableFormat(RecordingFormat):
     """A kind of file that holds a table, as a stream of batches of columns."""
 
     def read(
@@ -25,16 +26,6 @@ class TableFormat(InPieces):
     ) -> TableReading:
         """Read a table, see `probreg.recordings.table.read`."""
         return read_table(self, path, setup, row_limit=row_limit, trust_units=trust_units)
-
-    @abstractmethod
-    def of_piece(self, piece: Piece) -> Batches:
-        """The rows of a piece."""
-
-    def arrivals(self, piece: Piece, setup: Setup, *, fixed: bool) -> Arrivals | None:
-        """Reports of a piece, None where it has none."""
-        if not piece.body.strip():
-            return None
-        return read_piece(self.of_piece(piece), piece.path, setup)
 
     @abstractmethod
     def batches(self, path: Path) -> Iterator[pa.RecordBatch]:
@@ -55,3 +46,17 @@ class TableFormat(InPieces):
     def remarks(self, path: Path) -> tuple[str, ...]:
         """What is odd about a file but no error."""
         return ()
+
+
+class GrowingTable(TableFormat, InPieces):
+    """A table whose rows can be read while others are still being written."""
+
+    @abstractmethod
+    def of_piece(self, piece: Piece) -> Batches:
+        """The rows of a piece."""
+
+    def arrivals(self, piece: Piece, setup: Setup, *, fixed: bool) -> Arrivals | None:
+        """Reports of a piece, None where it has none."""
+        if not piece.body.strip():
+            return None
+        return read_piece(self.of_piece(piece), piece.path, setup)

@@ -17,13 +17,13 @@ import pyarrow.csv as pacsv
 from probreg.errors import InvalidInputError
 from probreg.recordings._arrivals import Piece
 from probreg.recordings._stream import Batches, Change, RowName, changed
-from probreg.recordings.formats._table import TableFormat
+from probreg.recordings.formats._table import GrowingTable
 
 BLOCK_BYTES = 16 << 20
 BOM = b"\xef\xbb\xbf"
 
 
-class Csv(TableFormat):
+class Csv(GrowingTable):
     """A table as text; every cell is read as text, so that it can be written again as it was."""
 
     endings: ClassVar[tuple[str, ...]] = (".csv",)

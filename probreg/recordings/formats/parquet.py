@@ -15,13 +15,13 @@ import pyarrow.parquet as pq
 from probreg.errors import InvalidInputError
 from probreg.recordings._arrivals import Piece
 from probreg.recordings._stream import Batches, Change, RowName, changed
-from probreg.recordings.formats._table import TableFormat
+from probreg.recordings.formats._table import GrowingTable
 
 BATCH_ROWS = 200_000
 MAGIC = b"PAR1"  # at both ends of a file
 
 
-class Parquet(TableFormat):
+class Parquet(GrowingTable):
     """A table with types; one file."""
 
     endings: ClassVar[tuple[str, ...]] = (".parquet",)
