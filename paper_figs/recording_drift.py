@@ -7,10 +7,11 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
 
 from experiments.results import load_result
 from paper_figs._errors import ONLINE, WHOLE, error_bars, mean_and_error, rmse
-from paper_figs._style import TRUTH, WIDTH, footnote, label_outer, name_rows, save
+from paper_figs._style import TRUTH, WIDTH, footnote, name_rows, save
 from paper_figs._tables import save_table
 from probreg.typing import FloatArray
 
@@ -64,6 +65,9 @@ def _errors(every: dict[str, xr.Dataset], out: Path) -> list[Path]:
         for axes in grid[:, k]:
             name_rows(axes, methods)
         grid[0, k].set_xscale("log")
+        grid[0, k].xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        grid[0, k].xaxis.set_major_formatter(ScalarFormatter())
+        grid[0, k].xaxis.set_minor_locator(NullLocator())
         grid[0, k].set_title(TITLES[kind])
         grid[0, k].set_xlabel("RMSE (0.001 deg)")
         grid[1, k].axvline(0.9, color="0.15", linewidth=1.0, linestyle=":")
@@ -86,10 +90,10 @@ def _bands(every: dict[str, xr.Dataset], out: Path) -> list[Path]:
             axes.plot(minutes, band.sel(bound="mean").values, color="C0", linewidth=0.9)
             axes.plot(minutes, one["truth"].values, **TRUTH)
             if k == 0:
-                axes.set_title(method, loc="left", fontsize=7.5)
-        grid[0, k].set_title(TITLES[kind], loc="right", fontsize=8.5, weight="bold")
-    label_outer(grid, "time (min)", "bias (deg)")
-    text = "One recording each. Line and band: mean and 90 %; dashed: truth. " + _note(every)
+                axes.set_ylabel(method, fontsize=7)
+        grid[0, k].set_title(TITLES[kind])
+        grid[-1, k].set_xlabel("time (min)")
+    text = "Bias in degrees, one recording each. Line and band: mean and 90 %; dashed: truth."
     footnote(figure, text)
     return save(figure, "recording_drift_bands", out)
 
